@@ -1,0 +1,105 @@
+# liealign from a fresh machine: Debian 12 (or alike) with make, git, Python 3.11 and root or sudo.
+# Each target installs what is missing and works below build/ only.
+# SPDX-License-Identifier: Apache-2.0
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+PYTHON ?= python3
+WERROR ?= ON
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+APT_PACKAGES := build-essential cmake ninja-build libeigen3-dev libgtest-dev python3-venv python3-dev ccache
+
+BUILD := build
+RELEASE := $(BUILD)/release
+VENV := $(BUILD)/venv
+BIN := $(VENV)/bin
+TOOLS_READY := $(BUILD)/.tools-ready
+VENV_READY := $(BUILD)/.venv-ready
+INSTALLED := $(BUILD)/.installed
+
+# Everything the wheel is made of. The directories are there for the sake of files that were removed.
+WHEEL_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/*.cmake) \
+  $(shell find cpp bindings python -name __pycache__ -prune -o \
+    \( -type d -o -name '*.cpp' -o -name '*.hpp' -o -name '*.py' -o -name '*.pyi' -o -name py.typed \) -print 2>/dev/null)
+
+export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: help demo test post bench reproduce clean
+
+help:
+	@echo "make demo       simulate a flight, align it and show the result"
+	@echo "make test       build and run every test and check, C++ and Python"
+	@echo "make post       the standalone executable (a later version)"
+	@echo "make bench      the benchmarks (a later version)"
+	@echo "make reproduce  the papers' tables and figures (a later version)"
+	@echo "make clean      remove build/"
+
+demo: $(INSTALLED)
+	$(BIN)/liealign demo
+
+# pytest comes last, so that the output ends with its summary.
+test: $(INSTALLED)
+	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_TESTS=ON -DLIEALIGN_WERROR=$(WERROR)
+	cmake --build $(RELEASE) --parallel $(JOBS)
+	ctest --test-dir $(RELEASE) --output-on-failure --parallel $(JOBS)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/pytest
+
+post:
+	@echo "make post: the standalone executable liealign-post comes with a later version" >&2; exit 1
+
+bench:
+	@echo "make bench: the benchmarks come with a later version" >&2; exit 1
+
+reproduce:
+	@echo "make reproduce: the reproduction of the papers comes with a later version" >&2; exit 1
+
+clean:
+	rm -rf $(BUILD)
+
+# A compiler, CMake, Ninja, Eigen, GoogleTest and a Python that can make a virtualenv and compile against itself.
+# apt is asked only when one of them is missing.
+$(TOOLS_READY): Makefile
+	@have() { command -v "$$1" >/dev/null 2>&1; }; \
+	header() { echo "#include <$$1>" | c++ -E -x c++ - >/dev/null 2>&1; }; \
+	python_ok() { $(PYTHON) -c 'import ensurepip, os, sysconfig, venv; \
+	  raise SystemExit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.h")))' 2>/dev/null; }; \
+	missing() { \
+	  for tool in c++ cmake ninja; do have $$tool || echo $$tool; done; \
+	  header eigen3/Eigen/Core || header Eigen/Core || echo Eigen; \
+	  header gtest/gtest.h || echo GoogleTest; \
+	  python_ok || echo "the venv module or the headers of $(PYTHON)"; }; \
+	lacks=$$(missing | paste -sd, -); \
+	if [ -n "$$lacks" ] && have apt-get; then \
+	  as_root=; if [ "$$(id -u)" -ne 0 ]; then as_root=sudo; fi; \
+	  if [ -n "$$as_root" ] && ! have sudo; then \
+	    echo "missing: $$lacks; as root, run: apt-get install $(APT_PACKAGES)" >&2; exit 1; fi; \
+	  echo "missing: $$lacks; installing $(APT_PACKAGES)"; \
+	  $$as_root apt-get update -q; \
+	  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $(APT_PACKAGES); \
+	  lacks=$$(missing | paste -sd, -); \
+	fi; \
+	if [ -n "$$lacks" ]; then echo "warning: not found: $$lacks; going on, CMake may know better" >&2; fi; \
+	$(PYTHON) -c 'import sys; raise SystemExit(sys.version_info < (3, 11))' || { \
+	  echo "liealign needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version 2>&1); run make PYTHON=..." >&2; \
+	  exit 1; }
+	@mkdir -p $(BUILD)
+	@touch $@
+
+# The virtualenv holds the build requirements as well: with them at a fixed place, pip builds only what has changed.
+$(VENV_READY): pyproject.toml | $(TOOLS_READY)
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"], sep="\n")' \
+	  >$(BUILD)/build-requirements.txt
+	$(BIN)/python -m pip install --quiet -r $(BUILD)/build-requirements.txt
+	@touch $@
+
+$(INSTALLED): $(VENV_READY) $(WHEEL_SOURCES)
+	$(BIN)/python -m pip install --quiet --no-build-isolation '.[test,dev]'
+	@touch $@

@@ -1,0 +1,16 @@
+# liealign_warnings(target): the warnings of the house; errors with LIEALIGN_WERROR.
+# Imported targets (Eigen, pybind11, GoogleTest) are SYSTEM includes, so their headers stay silent.
+# SPDX-License-Identifier: Apache-2.0
+include_guard(GLOBAL)
+
+function(liealign_warnings target)
+  if(CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow -Wpedantic)
+    if(NOT OpenMP_CXX_FOUND)
+      target_compile_options(${target} PRIVATE -Wno-unknown-pragmas)
+    endif()
+    if(LIEALIGN_WERROR)
+      target_compile_options(${target} PRIVATE -Werror)
+    endif()
+  endif()
+endfunction()

@@ -1,0 +1,153 @@
+// D-LIE-EKF: the discrete extended Kalman filter on a Lie group, over any Model.
+//
+//   X_{k+1|k} = f(X_{k|k}, u)                                   P_{k+1|k} = F P F^T + B Sigma B^T + Q_b        (Eq. 27)
+//   K = P H^T S^-1, S = H P H^T + R                             X+ = X exp(gamma K z)                          (Eq. 28)
+//   P+ = J [(I - gamma K H) P (I - gamma K H)^T + gamma^2 K R K^T] J^T,  J = J_r(gamma K z)                    (Eq. 29)
+//
+// Source: TAES (14), (23)-(25), DRONES (6). Beyond them: the Joseph form takes the gain that was applied, gamma K, and the
+// covariance is carried to the tangent of the updated state by J_r (reset of the left error; `covariance_reset`).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "liealign/core/error.hpp"
+#include "liealign/estimate/gating.hpp"
+#include "liealign/ins/imu.hpp"
+#include "liealign/ins/mechanization.hpp"
+
+namespace liealign {
+
+// State and covariance of its left error.
+template <typename Model>
+struct Belief {
+  typename Model::State X;
+  typename Model::Covariance P;
+};
+
+// What one update saw and did. ECEF axes (body axes for the zero rate).
+template <typename Scalar>
+struct Innovation {
+  Vector3<Scalar> z;           // residual, m or m/s
+  Matrix3<Scalar> S;           // its covariance
+  Scalar nis;                  // (Eq. 24)
+  Scalar half_log_det_S;
+  Scalar weight;               // gamma of (Eq. 25)
+  Verdict verdict = Verdict::used;
+};
+
+// How the state moves and how uncertain that is.
+struct Dynamics {
+  Mechanization mechanization = Mechanization::exact;
+  GravityModel gravity = GravityModel::normal;
+  ImuNoise noise;
+  double max_gap_s = 0.1;  // a longer step carries the gap noise as well
+};
+
+template <typename Model>
+struct Ekf {
+  using Scalar = typename Model::Scalar;
+  using Covariance = typename Model::Covariance;
+  using MeasurementMatrix = Eigen::Matrix<Scalar, 3, Model::Dim>;
+  static constexpr int kNav = 9, kBias = 6;
+  static_assert(Model::Dim == kNav + kBias);
+
+  Dynamics dynamics;
+  bool covariance_reset = true;
+
+  // (Eq. 27) over dt seconds of one IMU sample. Returns the transition, for the smoother.
+  NavTransition<Scalar> predict(Belief<Model>& belief, const ImuSample& sample, double dt) const {
+    const NavTransition<Scalar> t =
+        Model::step(belief.X, sample.omega_ib_b, sample.f_ib_b, dt, dynamics.mechanization, dynamics.gravity);
+    propagate_covariance(belief.P, t, dt);
+    return t;
+  }
+
+  // z, S, zeta of a residual z = y - h(X) with measurement covariance R, at the belief as it is.
+  // Throws NumericalError when S is not positive definite.
+  Innovation<Scalar> innovate(const Belief<Model>& belief, const Vector3<Scalar>& z, const MeasurementMatrix& H,
+                              const Matrix3d& R) const {
+    Innovation<Scalar> innovation;
+    innovation.z = z;
+    innovation.S = H * belief.P * H.transpose() + R.cast<Scalar>();
+    const Eigen::LLT<Matrix3<Scalar>> llt(innovation.S);
+    if (llt.info() != Eigen::Success || !z.allFinite()) {
+      throw NumericalError("filter: the innovation covariance is not positive definite or the state is not finite");
+    }
+    const Vector3<Scalar> whitened = llt.matrixL().solve(z);
+    innovation.nis = whitened.squaredNorm();
+    innovation.half_log_det_S = half_log_det(llt);
+    return innovation;
+  }
+
+  // (Eq. 28)-(29) with gain weight * K. A weight of 0 leaves the belief as it is.
+  void correct(Belief<Model>& belief, Innovation<Scalar>& innovation, const MeasurementMatrix& H, const Matrix3d& R,
+               const Scalar& weight) const {
+    innovation.weight = weight;
+    innovation.verdict = weight == Scalar(0) ? Verdict::rejected : weight < Scalar(1) ? Verdict::weighted : Verdict::used;
+    if (innovation.verdict == Verdict::rejected) return;
+    const Eigen::Matrix<Scalar, 3, Model::Dim> HP = H * belief.P;
+    const Eigen::Matrix<Scalar, Model::Dim, 3> K = weight * innovation.S.llt().solve(HP).transpose();
+    const typename Model::Tangent eps = K * innovation.z;
+    belief.X = Model::retract(belief.X, eps);
+    const Covariance I_KH = Covariance::Identity() - K * H;
+    belief.P = (I_KH * belief.P * I_KH.transpose() + K * R.cast<Scalar>() * K.transpose()).eval();
+    if (covariance_reset) {
+      const Covariance J = Model::right_jacobian(eps);
+      belief.P = (J * belief.P * J.transpose()).eval();
+    }
+    symmetrise(belief.P);
+  }
+
+  // P <- [F B; 0 I] P [F B; 0 I]^T + [B Sigma B^T, 0; 0, Q_b], with the zeros and identities used.
+  void propagate_covariance(Covariance& P, const NavTransition<Scalar>& t, double dt) const {
+    const Vector<Scalar, kBias> Sigma = input_variance(dt);
+    const SquareMatrix<Scalar, kNav> P_nn = P.template topLeftCorner<kNav, kNav>();
+    const Eigen::Matrix<Scalar, kNav, kBias> P_nb = P.template topRightCorner<kNav, kBias>();
+    SquareMatrix<Scalar, kBias> P_bb = P.template bottomRightCorner<kBias, kBias>();
+    const Eigen::Matrix<Scalar, kNav, kBias> P_nb_next = t.F * P_nb + t.B * P_bb;
+    const Eigen::Matrix<Scalar, kNav, kBias> M = P_nb_next + t.B * Sigma.asDiagonal();
+    const SquareMatrix<Scalar, kNav> half = P_nn * t.F.transpose() + P_nb * t.B.transpose();
+    P.template topLeftCorner<kNav, kNav>() = t.F * half + M * t.B.transpose();
+    P.template topRightCorner<kNav, kBias>() = P_nb_next;
+    P_bb.diagonal() += bias_variance(dt);
+    P.template bottomRightCorner<kBias, kBias>() = P_bb;
+    symmetrise(P);
+  }
+
+  // Variance of the mean input over dt: N^2 / dt (accelerometer first, as the biases), and the gap noise in a gap.
+  Vector<Scalar, kBias> input_variance(double dt) const {
+    const ImuNoise& n = dynamics.noise;
+    double a = n.accel_vrw * n.accel_vrw / dt, g = n.gyro_arw * n.gyro_arw / dt;
+    if (dt > dynamics.max_gap_s) {
+      a += n.accel_gap_mps2 * n.accel_gap_mps2;
+      g += n.gyro_gap_rps * n.gyro_gap_rps;
+    }
+    return six(a, g);
+  }
+
+  Vector<Scalar, kBias> bias_variance(double dt) const {
+    const ImuNoise& n = dynamics.noise;
+    return six(n.accel_bias_rw * n.accel_bias_rw * dt, n.gyro_bias_rw * n.gyro_bias_rw * dt);
+  }
+
+  // The one place where a covariance is made symmetric again.
+  static void symmetrise(Covariance& P) { P = (Scalar(0.5) * (P + P.transpose())).eval(); }
+
+ private:
+  static Vector<Scalar, kBias> six(double accel, double gyro) {
+    Vector<Scalar, kBias> v;
+    v << Scalar(accel), Scalar(accel), Scalar(accel), Scalar(gyro), Scalar(gyro), Scalar(gyro);
+    return v;
+  }
+
+  static Scalar half_log_det(const Eigen::LLT<Matrix3<Scalar>>& llt) {
+    using std::log;
+    Scalar sum(0);
+    for (int i = 0; i < 3; ++i) sum += log(llt.matrixLLT()(i, i));
+    return sum;
+  }
+};
+
+}  // namespace liealign

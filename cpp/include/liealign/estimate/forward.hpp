@@ -1,0 +1,146 @@
+// The forward pass: from event to event through the IMU samples, with a fix or a rest update at each event.
+//
+// A fix between two samples splits the sample. The pass tells a visitor what it does; the smoother re-runs the same
+// functions from its checkpoints, so both see the same bits.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "liealign/estimate/ekf.hpp"
+#include "liealign/estimate/flight_data.hpp"
+#include "liealign/ins/measurements.hpp"
+
+namespace liealign {
+
+struct FilterOptions {
+  Dynamics dynamics;
+  bool covariance_reset = true;
+  Gate gate;
+  int reacquire_after = 5;        // positions beyond the gate in a row before the filter yields; 0 = never
+  double zupt_std_mps = 0.005;
+  double zaru_std_rps = 0.0;      // added to the gyro noise of the averaged rate
+};
+
+// Where a pass stands in the IMU series: at time t_s, inside or at the start of sample k.
+struct ImuCursor {
+  std::size_t k = 1;
+  double t_s = 0.0;
+};
+
+enum class UpdateKind { position, velocity, zero_velocity, zero_rate };
+
+// Moves the belief to t_target. visitor.before(belief) precedes each step, visitor.after(belief, transition, k, whole)
+// follows it; `whole` says that the step ended on the stamp of sample k.
+template <typename Model, typename Visitor>
+void propagate_to(const Ekf<Model>& ekf, const ImuSeries& imu, double t_target, ImuCursor& cursor, Belief<Model>& belief,
+                  Visitor& visitor) {
+  while (cursor.k < imu.size() && cursor.t_s < t_target) {
+    const ImuSample& sample = imu[cursor.k];
+    const bool whole = sample.t_s <= t_target;
+    const double end = whole ? sample.t_s : t_target;
+    visitor.before(belief);
+    const NavTransition<typename Model::Scalar> t = ekf.predict(belief, sample, end - cursor.t_s);
+    visitor.after(belief, t, cursor.k, whole);
+    cursor.t_s = end;
+    if (whole) ++cursor.k;
+  }
+}
+
+// One three-component measurement y with prediction (h, H) and covariance R, through the gate.
+template <typename Model>
+Innovation<typename Model::Scalar> gated_update(const Ekf<Model>& ekf, const Gate& gate, Belief<Model>& belief, const Vector3d& y,
+                                                const Prediction<typename Model::Scalar>& m, const Matrix3d& R) {
+  using Scalar = typename Model::Scalar;
+  Innovation<Scalar> innovation = ekf.innovate(belief, y.cast<Scalar>() - m.h, m.H, R);
+  ekf.correct(belief, innovation, m.H, R, gate_weight(gate, innovation.nis));
+  return innovation;
+}
+
+// Position update with the re-acquisition rule: after `reacquire_after` positions beyond the gate in a row the filter,
+// not the receiver, is taken to be wrong. Its covariance is enlarged until the innovation is what it expects,
+// P <- P max(1, zeta/3) (a fading factor), and the fix is used in full. `beyond` counts; P_predicted follows P.
+template <typename Model>
+Innovation<typename Model::Scalar> position_update(const Ekf<Model>& ekf, const FilterOptions& options, const FlightData& data,
+                                                   const GnssFix& fix, Belief<Model>& belief, int& beyond,
+                                                   typename Model::Covariance& P_predicted) {
+  using Scalar = typename Model::Scalar;
+  const Prediction<Scalar> m = Model::gnss_position(belief.X, data.l_ba_b);
+  const Vector3<Scalar> z = fix.p_ea_e.cast<Scalar>() - m.h;
+  Innovation<Scalar> innovation = ekf.innovate(belief, z, m.H, fix.R_p_e);
+  const Scalar weight = gate_weight(options.gate, innovation.nis);
+  beyond = weight < Scalar(1) ? beyond + 1 : 0;
+  if (options.reacquire_after > 0 && beyond > options.reacquire_after) {
+    beyond = 0;
+    belief.P *= innovation.nis / Scalar(3);
+    P_predicted = belief.P;
+    innovation = ekf.innovate(belief, z, m.H, fix.R_p_e);
+    ekf.correct(belief, innovation, m.H, fix.R_p_e, Scalar(1));
+    innovation.verdict = Verdict::reacquired;
+    return innovation;
+  }
+  ekf.correct(belief, innovation, m.H, fix.R_p_e, weight);
+  return innovation;
+}
+
+// Zero velocity and zero rate, never gated: the rest detector has already decided.
+template <typename Model, typename Visitor>
+void rest_update(const Ekf<Model>& ekf, const FilterOptions& options, const Event& event, const RestUpdate& rest,
+                 Belief<Model>& belief, Visitor& visitor) {
+  const Gate open{Outliers::off, options.gate.kappa};
+  const double zupt = options.zupt_std_mps, zaru = options.zaru_std_rps, arw = options.dynamics.noise.gyro_arw;
+  const Matrix3d R_v = zupt * zupt * Matrix3d::Identity();
+  const Matrix3d R_w = (arw * arw / rest.duration_s + zaru * zaru) * Matrix3d::Identity();
+  visitor.updated(event, UpdateKind::zero_velocity,
+                  gated_update(ekf, open, belief, Vector3d::Zero(), Model::zero_velocity(belief.X), R_v));
+  visitor.updated(event, UpdateKind::zero_rate,
+                  gated_update(ekf, open, belief, rest.mean_omega_ib_b, Model::zero_rate(belief.X), R_w));
+}
+
+// Runs from `cursor` through all events up to t_end. Besides before() and after() of propagate_to the visitor gets
+//   visitor.updated(event, kind, innovation)     after each update,
+//   visitor.checkpoint(event_index, belief, cursor, X_predicted, P_predicted)   after all updates of an event; P_predicted
+//     is the covariance the updates started from (enlarged where the filter yielded).
+// Returns the cursor it stopped at.
+template <typename Model, typename Visitor>
+ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Belief<Model>& belief, ImuCursor cursor, double t_end,
+                       Visitor& visitor) {
+  const Ekf<Model> ekf{options.dynamics, options.covariance_reset};
+  int beyond = 0;
+  for (std::size_t i = 0; i < data.events.size(); ++i) {
+    const Event& event = data.events[i];
+    if (event.t_s <= cursor.t_s) continue;
+    if (event.t_s > t_end) break;
+    propagate_to(ekf, data.imu, event.t_s, cursor, belief, visitor);
+    const typename Model::State X_predicted = belief.X;
+    typename Model::Covariance P_predicted = belief.P;
+    if (event.kind == Event::Kind::fix) {
+      const GnssFix& fix = data.fixes[event.index];
+      visitor.updated(event, UpdateKind::position, position_update(ekf, options, data, fix, belief, beyond, P_predicted));
+      if (fix.has_velocity) {
+        const Vector3d omega = data.imu[std::min(cursor.k, data.imu.size() - 1)].omega_ib_b;
+        visitor.updated(event, UpdateKind::velocity,
+                        gated_update(ekf, options.gate, belief, fix.v_ea_e,
+                                     Model::gnss_velocity(belief.X, data.l_ba_b, omega), fix.R_v_e));
+      }
+    } else {
+      rest_update(ekf, options, event, data.rests[event.index], belief, visitor);
+    }
+    visitor.checkpoint(i, belief, cursor, X_predicted, P_predicted);
+  }
+  return cursor;
+}
+
+// A visitor that does nothing; others take its members and shadow what they need.
+template <typename Model>
+struct SilentVisitor {
+  using Scalar = typename Model::Scalar;
+  void before(const Belief<Model>&) {}
+  void after(const Belief<Model>&, const NavTransition<Scalar>&, std::size_t, bool) {}
+  void updated(const Event&, UpdateKind, const Innovation<Scalar>&) {}
+  void checkpoint(std::size_t, const Belief<Model>&, const ImuCursor&, const typename Model::State&,
+                  const typename Model::Covariance&) {}
+};
+
+}  // namespace liealign

@@ -1,0 +1,57 @@
+// Outlier treatment of a fix by its normalised innovation squared, TAES IV-C.
+//
+//   zeta = z^T S^-1 z                                                                          (Eq. 24)
+//   reject:  a fix with zeta > kappa is not used.   weight:  its gain becomes gamma K, gamma = min(1, kappa/zeta)   (Eq. 25)
+//   loss:    zeta/2 up to kappa; beyond it kappa/2 (reject), kappa/2 (1 + log(zeta/kappa)) (weight)   (Eq. 26)
+//
+// The loss of `weight` is the one whose weight is gamma, so that the score of a filter and its update agree.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+namespace liealign {
+
+enum class Outliers { weight, reject, off };
+
+enum class Verdict { used, weighted, rejected, reacquired };
+
+// P(chi^2 with 3 degrees of freedom <= x).
+inline double chi_square_3_probability(double x) {
+  return std::erf(std::sqrt(0.5 * x)) - std::sqrt(2.0 * x / std::numbers::pi) * std::exp(-0.5 * x);
+}
+
+// kappa with P(chi^2_3 <= kappa) = probability, 0 < probability < 1.
+inline double chi_square_3_quantile(double probability) {
+  double low = 0.0, high = 1.0;
+  while (chi_square_3_probability(high) < probability && high < 1e4) high *= 2.0;
+  for (int i = 0; i < 80; ++i) {
+    const double middle = 0.5 * (low + high);
+    (chi_square_3_probability(middle) < probability ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+struct Gate {
+  Outliers outliers = Outliers::weight;
+  double kappa = 16.27;  // chi-square quantile; the pipeline sets it from a probability
+};
+
+// gamma of (Eq. 25): 1 = used in full, 0 = not used.
+template <typename Scalar>
+Scalar gate_weight(const Gate& gate, const Scalar& zeta) {
+  if (gate.outliers == Outliers::off || zeta <= Scalar(gate.kappa)) return Scalar(1);
+  return gate.outliers == Outliers::reject ? Scalar(0) : Scalar(gate.kappa) / zeta;
+}
+
+// (Eq. 26).
+template <typename Scalar>
+Scalar bounded_loss(const Gate& gate, const Scalar& zeta) {
+  using std::log;
+  if (gate.outliers == Outliers::off || zeta <= Scalar(gate.kappa)) return Scalar(0.5) * zeta;
+  const Scalar half(0.5 * gate.kappa);
+  return gate.outliers == Outliers::reject ? half : half * (Scalar(1) + log(zeta / Scalar(gate.kappa)));
+}
+
+}  // namespace liealign

@@ -1,0 +1,36 @@
+// IMU data and error model: omega~ = omega_ib_b + b_g + noise, f~ = f_ib_b + b_a + noise.
+// Source: TAES (17)-(18); docs/equations.md (Eq. 10)-(Eq. 11).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "liealign/core/types.hpp"
+
+namespace liealign {
+
+// One sample of an IMU log. As read: whatever `ImuSampleKind` says. After prepare_imu(): the constant
+// rotation rate and specific force over (t_s of the sample before, t_s] that give its exact increments.
+struct ImuSample {
+  double t_s = 0.0;
+  Vector3d omega_ib_b = Vector3d::Zero();  // rad/s
+  Vector3d f_ib_b = Vector3d::Zero();      // m/s^2
+};
+
+using ImuSeries = std::vector<ImuSample>;
+
+// What a logged sample is: the mean over the interval that ends at its stamp, the value at its stamp,
+// or the increments over that interval (rad and m/s in the fields of ImuSample).
+enum class ImuSampleKind { mean, instant, increment };
+
+// Root power spectral densities, SI.
+struct ImuNoise {
+  double gyro_arw = 0.0;         // rad/sqrt(s), angular random walk N_g
+  double accel_vrw = 0.0;        // m/s/sqrt(s), velocity random walk N_a
+  double gyro_bias_rw = 0.0;     // rad/s/sqrt(s), random walk of b_g: sqrt(2 sigma^2 / tau_c)
+  double accel_bias_rw = 0.0;    // m/s^2/sqrt(s), random walk of b_a
+  double gyro_gap_rps = 0.0;     // rad/s, unknown rate inside a gap of the log
+  double accel_gap_mps2 = 0.0;   // m/s^2, unknown specific force inside a gap of the log
+};
+
+}  // namespace liealign

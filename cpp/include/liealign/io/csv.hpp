@@ -1,0 +1,101 @@
+// CSV: the native input imu.csv and gnss.csv, a reader of named numeric columns, and a writer of tables.
+// Read: UTF-8 with or without BOM, LF or CRLF; blank lines and lines that start with '#' are skipped; a header of
+// names in any order, other columns are ignored; decimal points.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "liealign/ins/gnss.hpp"
+#include "liealign/ins/imu.hpp"
+
+namespace liealign {
+
+// ---- The native files -----------------------------------------------------------------------------------------------
+// Both readers throw InputError `path:line:column: text` (column: the cell, counted from 1) for the first thing they
+// cannot use; both require times that do not go back. A row that repeats the one before exactly is dropped, and one
+// warning says how many were.
+
+// time_s,gyro_x_rps,gyro_y_rps,gyro_z_rps,accel_x_mps2,accel_y_mps2,accel_z_mps2. At least one sample.
+ImuSeries read_imu_csv(const std::string& path, std::vector<std::string>& warnings);
+
+// time_s,lat_deg,lon_deg,height_m,std_n_m,std_e_m,std_d_m and optionally cov_ne_m2,cov_nd_m2,cov_ed_m2;
+// vn_mps,ve_mps,vd_mps; with them std_vn_mps,std_ve_mps,std_vd_mps; fix. A group of three comes whole or not at all,
+// in the header and, by empty cells, in each row. Longitude is brought to [-180, 180) deg. At least one record.
+std::vector<GnssRecord> read_gnss_csv(const std::string& path, std::vector<std::string>& warnings);
+
+// ---- Reading named columns ------------------------------------------------------------------------------------------
+
+// A column that a reader asks for. A cell that is no finite number in [min, max] is refused with
+// `name is "text"; expected <expected> [unit]`.
+struct CsvField {
+  std::string_view name;
+  std::string_view unit = "";  // for messages
+  bool required = true;        // else the column may be absent, and its cells may be empty
+  std::string_view expected = "a finite number";
+  double min = std::numeric_limits<double>::lowest();
+  double max = std::numeric_limits<double>::max();
+};
+
+inline constexpr std::size_t kNoCell = std::numeric_limits<std::size_t>::max();
+
+// An open table: the text of the file, where the asked-for fields stand, and the place of the next row.
+struct CsvTable {
+  std::string path;
+  std::string text;
+  std::vector<CsvField> fields;
+  std::vector<std::size_t> cell_of_field;  // index of the cell in a row, or kNoCell
+  std::size_t cells_per_row = 0;
+  std::size_t header_line = 0;
+  std::size_t line = 0;    // last line read, counted from 1
+  std::size_t offset = 0;  // of the next line in text
+  std::size_t rows = 0;    // read so far
+};
+
+// One row. `values` goes with CsvTable::fields and is NaN where the file says nothing; `cells` are the texts of all
+// cells, views into the table's text, which must stay where it is.
+struct CsvRow {
+  std::size_t line = 0;
+  std::vector<double> values;
+  std::vector<std::string_view> cells;
+};
+
+// Reads the file and its header. Throws InputError for a missing or repeated column and for a file without header;
+// warns of a column that would be ignored but for a slip in its name.
+CsvTable open_csv(const std::string& path, const std::vector<CsvField>& fields, std::vector<std::string>& warnings);
+
+// The next row, or false after the last one. Throws InputError for a malformed row, and for a table without rows.
+bool next_row(CsvTable& table, CsvRow& row);
+
+// Throws InputError at the cell of this field: with this text, or with the text of its CsvField.
+[[noreturn]] void fail_at(const CsvTable& table, std::size_t line, std::size_t field, const std::string& text);
+[[noreturn]] void fail_at(const CsvTable& table, const CsvRow& row, std::size_t field);
+
+// ---- Writing --------------------------------------------------------------------------------------------------------
+
+// A numeric column: fixed notation with so many decimals; negative: the shortest text that reads back to the same bits.
+struct CsvColumn {
+  std::string name;
+  int decimals;
+};
+
+// A column of words, written after the numbers; quoted where it must be (RFC 4180).
+struct CsvTextColumn {
+  std::string name;
+  std::function<std::string(std::size_t row)> text;
+};
+
+// Writes the header and `rows` rows; fill(row, cells) sets one double per column. Cells arrive as NaN, and a cell that
+// is not finite is written empty. No "-0.00" in fixed notation. The file appears when it is complete (PartFile).
+// Throws InputError `path: cannot be written: reason`; what fill throws passes through.
+using CsvFill = std::function<void(std::size_t row, double* cells)>;
+void write_csv(const std::string& path, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill);
+void write_csv(const std::string& path, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill,
+               const CsvTextColumn& last_column);
+
+}  // namespace liealign

@@ -1,0 +1,91 @@
+// IMU log to mean rates with coning and sculling, (Eq. 18).
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/ins/prepare_imu.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "liealign/core/error.hpp"
+
+namespace liealign {
+namespace {
+
+double median_interval(const ImuSeries& log) {
+  std::vector<double> dt(log.size() - 1);
+  for (std::size_t k = 1; k < log.size(); ++k) dt[k - 1] = log[k].t_s - log[k - 1].t_s;
+  const auto middle = dt.begin() + static_cast<std::ptrdiff_t>(dt.size() / 2);
+  std::nth_element(dt.begin(), middle, dt.end());
+  return *middle;
+}
+
+// The mean over the interval that ends at sample k, from whatever the log holds.
+ImuSample mean_over_interval(const ImuSeries& log, std::size_t k, ImuSampleKind kind, bool gap) {
+  ImuSample s = log[k];
+  const double dt = log[k].t_s - log[k - 1].t_s;
+  if (kind == ImuSampleKind::increment) {
+    s.omega_ib_b /= dt;
+    s.f_ib_b /= dt;
+  } else if (kind == ImuSampleKind::instant || gap) {
+    s.omega_ib_b = 0.5 * (log[k - 1].omega_ib_b + log[k].omega_ib_b);
+    s.f_ib_b = 0.5 * (log[k - 1].f_ib_b + log[k].f_ib_b);
+  }
+  return s;
+}
+
+}  // namespace
+
+PreparedImu prepare_imu(const ImuSeries& log, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s) {
+  if (log.size() < 2) throw InputError("the IMU log has fewer than two samples");
+  PreparedImu out;
+  out.median_dt_s = median_interval(log);
+  out.samples.resize(log.size());
+  out.samples[0] = log[0];
+  ImuSample before = log[0];  // mean over the interval before, uncorrected, sensor axes
+  double before_dt = 0.0;     // 0: no slope can be formed
+  for (std::size_t k = 1; k < log.size(); ++k) {
+    const double dt = log[k].t_s - log[k - 1].t_s;
+    const bool gap = dt > max_gap_s;
+    if (gap) out.gaps.push_back({log[k - 1].t_s, log[k].t_s});
+    const ImuSample mean = mean_over_interval(log, k, kind, gap);
+    ImuSample& s = out.samples[k];
+    s = mean;
+    if (!gap) {
+      // Instants know their own slope; means take it from the middle of the interval before.
+      Vector3d s_w = Vector3d::Zero(), s_f = Vector3d::Zero();
+      if (kind == ImuSampleKind::instant) {
+        s_w = (log[k].omega_ib_b - log[k - 1].omega_ib_b) / dt;
+        s_f = (log[k].f_ib_b - log[k - 1].f_ib_b) / dt;
+      } else if (before_dt > 0.0) {
+        s_w = 2.0 * (mean.omega_ib_b - before.omega_ib_b) / (dt + before_dt);
+        s_f = 2.0 * (mean.f_ib_b - before.f_ib_b) / (dt + before_dt);
+      }
+      const double c = dt * dt / 12.0;
+      s.omega_ib_b += c * mean.omega_ib_b.cross(s_w);
+      s.f_ib_b += c * (mean.omega_ib_b.cross(s_f) + mean.f_ib_b.cross(s_w));
+    }
+    before = mean;
+    before_dt = gap ? 0.0 : dt;
+  }
+  for (ImuSample& s : out.samples) {
+    s.omega_ib_b = C_s_b * s.omega_ib_b;
+    s.f_ib_b = C_s_b * s.f_ib_b;
+  }
+  return out;
+}
+
+Matrix3d C_s_b_from_axes(const std::string& axes) {
+  Matrix3d C = Matrix3d::Zero();
+  for (std::size_t i = 0; i < 3 && i < axes.size(); ++i) {
+    const std::string letters = "FBRLDU";
+    const std::size_t at = letters.find(axes[i]);
+    if (at == std::string::npos) break;
+    C(static_cast<Eigen::Index>(at / 2), static_cast<Eigen::Index>(i)) = at % 2 == 0 ? 1.0 : -1.0;
+  }
+  if (axes.size() != 3 || std::abs(C.col(0).cross(C.col(1)).dot(C.col(2)) - 1.0) > 0.5) {
+    throw ConfigError("imu.axes is \"" + axes +
+                      "\"; expected where x, y, z point: one letter each of F/B, R/L, D/U, right-handed, such as FRD, FLU or RFU");
+  }
+  return C;
+}
+
+}  // namespace liealign
