@@ -80,6 +80,7 @@ Config changed_config() {
              .tolerance_deg = 0.004,
              .max_evaluations = 41,
              .max_time_s = 0.0,
+             .max_rest_s = 60.5,
              .max_sigma_deg = 1.1};
   c.rest = {.min_duration_s = 5.5,
             .gyro_std_dps = 6.5,
@@ -138,6 +139,7 @@ Pairs changed_pairs() {
       {"align.tolerance_deg", 0.004},
       {"align.max_evaluations", 41LL},
       {"align.max_time_s", 0.0},
+      {"align.max_rest_s", 60.5},
       {"align.max_sigma_deg", 1.1},
       {"rest.min_duration_s", 5.5},
       {"rest.gyro_std_dps", 6.5},

@@ -109,8 +109,10 @@ struct Ekf {
     const Eigen::Matrix<Scalar, kNav, kBias> P_nb_next = t.F * P_nb + t.B * P_bb;
     const Eigen::Matrix<Scalar, kNav, kBias> M = P_nb_next + t.B * Sigma.asDiagonal();
     const SquareMatrix<Scalar, kNav> half = P_nn * t.F.transpose() + P_nb * t.B.transpose();
+    // F P_nb B^T stands twice here; symmetrising makes the second one its transpose.
     P.template topLeftCorner<kNav, kNav>() = t.F * half + M * t.B.transpose();
     P.template topRightCorner<kNav, kBias>() = P_nb_next;
+    P.template bottomLeftCorner<kBias, kNav>() = P_nb_next.transpose();
     P_bb.diagonal() += bias_variance(dt);
     P.template bottomRightCorner<kBias, kBias>() = P_bb;
     symmetrise(P);

@@ -29,6 +29,12 @@ struct ImuCursor {
   double t_s = 0.0;
 };
 
+// The cursor of a pass that starts at t_s, not before the first sample.
+inline ImuCursor cursor_at(const ImuSeries& imu, double t_s) {
+  const auto later = [](double t, const ImuSample& s) { return t < s.t_s; };
+  return {static_cast<std::size_t>(std::upper_bound(imu.begin() + 1, imu.end(), t_s, later) - imu.begin()), t_s};
+}
+
 enum class UpdateKind { position, velocity, zero_velocity, zero_rate };
 
 // Moves the belief to t_target. visitor.before(belief) precedes each step, visitor.after(belief, transition, k, whole)
@@ -91,7 +97,9 @@ void rest_update(const Ekf<Model>& ekf, const FilterOptions& options, const Even
   const Gate open{Outliers::off, options.gate.kappa};
   const double zupt = options.zupt_std_mps, zaru = options.zaru_std_rps, arw = options.dynamics.noise.gyro_arw;
   const Matrix3d R_v = zupt * zupt * Matrix3d::Identity();
-  const Matrix3d R_w = (arw * arw / rest.duration_s + zaru * zaru) * Matrix3d::Identity();
+  // What the means scatter by is seen, and may be more than the gyro's own noise.
+  const Vector3d noise = rest.std_omega_ib_b.cwiseAbs2().cwiseMax(arw * arw / rest.duration_s);
+  const Matrix3d R_w = (noise.array() + zaru * zaru).matrix().asDiagonal();
   visitor.updated(event, UpdateKind::zero_velocity,
                   gated_update(ekf, open, belief, Vector3d::Zero(), Model::zero_velocity(belief.X), R_v));
   visitor.updated(event, UpdateKind::zero_rate,

@@ -38,6 +38,15 @@ struct Gate {
   double kappa = 16.27;  // chi-square quantile; the pipeline sets it from a probability
 };
 
+// Where the fixes of a whole flight disagree with the filter more than its noise model says, the gate opens by as much,
+// kappa median(zeta)/median(chi^2_3): it is there for the fixes that stand out, not for a noise model that is too small.
+inline double gate_scale(double median_nis) {
+  constexpr double kMedianChiSquare3 = 2.365973884375338;
+  return median_nis > kMedianChiSquare3 ? median_nis / kMedianChiSquare3 : 1.0;
+}
+
+inline Gate scaled(const Gate& gate, double scale) { return {gate.outliers, gate.kappa * scale}; }
+
 // gamma of (Eq. 25): 1 = used in full, 0 = not used.
 template <typename Scalar>
 Scalar gate_weight(const Gate& gate, const Scalar& zeta) {

@@ -56,15 +56,16 @@ struct AlignConfig {
   double tolerance_deg = 0.005;                 // the quadratic fit has settled when the minimum moves less
   int max_evaluations = 40;                     // conditional candidates at most
   double max_time_s = 300.0;                    // motion used for the alignment; 0 = all
+  double max_rest_s = 120.0;                    // rest before it used for the pre-tuning of its candidates
   double max_sigma_deg = 1.0;                   // verdict "aligned" up to this
 };
 
 struct RestConfig {
   double min_duration_s = 5.0;
-  double gyro_std_dps = 6.0;                    // largest standard deviation of a rate inside one second
-  double gyro_mean_dps = 0.5;                   // largest change of the mean rate from second to second
+  double gyro_std_dps = 4.0;                    // largest standard deviation of a rate inside half a second
+  double gyro_mean_dps = 0.5;                   // largest change of the mean rate against the rest so far
   double accel_std_mps2 = 0.6;
-  double accel_mean_mps2 = 0.1;                 // largest change of the mean specific force
+  double accel_mean_mps2 = 0.15;                // largest change of the mean specific force
   double gnss_drift_sigma = 5.0;                // largest position change, in its standard deviations
   double zupt_std_mps = 0.005;
   double zaru_std_dps = 0.0;                    // added to the gyro noise of the averaged rate

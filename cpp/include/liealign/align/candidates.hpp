@@ -1,0 +1,41 @@
+// The candidate bank: the same flight run from several headings, each scored by (Eq. 33).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "liealign/align/initial.hpp"
+#include "liealign/estimate/forward.hpp"
+
+namespace liealign {
+
+// Everything about a flight that the candidates share.
+struct AlignmentProblem {
+  FlightData data;
+  FilterOptions filter;        // of the candidates: ungated, so that a wrong heading cannot lock out the fixes that show it
+  Gate score_gate;             // bounds the loss of a fix in the score
+  RestStatistics rest;
+  InitialStd initial;
+  double t_begin_s = 0.0;      // rest used for the pre-tuning of tilt and biases begins
+  double t_start_s = 0.0;      // the last instant of rest: candidate headings hold here
+  double t_end_s = 0.0;        // fixes in (t_start_s, t_end_s] are scored
+};
+
+struct HeadingCandidate {
+  double heading_rad = 0.0;
+  double heading_std_rad = 0.0;  // 0: conditional, places the minimum; wide: finds the basin
+  double gate_scale = 1.0;       // of the score: kappa times this
+};
+
+struct CandidateScore {
+  double cost = 0.0;     // (Eq. 33) without prior; +infinity when the filter failed
+  double p_rms_m = 0.0;  // (Eq. 34)
+  double median_nis = 0.0;  // of the positions; 2.37 where the noise model is right
+  std::size_t fixes = 0;
+};
+
+// One filter per candidate: pre-tuning at rest, then set_heading(), then the scored flight. Threads over candidates; the
+// result does not depend on their number.
+std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem, const std::vector<HeadingCandidate>& candidates);
+
+}  // namespace liealign

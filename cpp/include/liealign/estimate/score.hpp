@@ -1,0 +1,53 @@
+// The score of a filter: the negative log-likelihood of the fixes it saw, and the RMS of its innovations.
+//
+//   -log p(y_1:N) = sum_k 1/2 log|S_k| + loss(zeta_k)   (+ const)                              (Eq. 33)
+//   P_RMS = sqrt( 1/(N_2 - N_1 + 1) sum_{k=N_1..N_2} |z_k|^2 )                                  (Eq. 34)
+//
+// Source: TAES (30), DRONES (12) with the bounded loss of (Eq. 26); DRONES 2.3 with its root and its number of terms.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "liealign/estimate/forward.hpp"
+
+namespace liealign {
+
+template <typename Scalar>
+struct Score {
+  Scalar negative_log_likelihood{0};
+  Scalar position_squares{0};  // sum of |z|^2, m^2
+  std::size_t positions = 0;
+  std::size_t beyond_gate = 0;
+  std::vector<Scalar> position_nis;
+
+  void add(const Gate& gate, UpdateKind kind, const Innovation<Scalar>& innovation) {
+    if (kind == UpdateKind::zero_velocity || kind == UpdateKind::zero_rate) return;
+    negative_log_likelihood += innovation.half_log_det_S + bounded_loss(gate, innovation.nis);
+    if (innovation.verdict != Verdict::used) ++beyond_gate;
+    if (kind != UpdateKind::position) return;
+    position_squares += innovation.z.squaredNorm();
+    ++positions;
+    position_nis.push_back(innovation.nis);
+  }
+
+  // Median of the positions' NIS: a scale of the noise model that outliers do not move. nan without a position.
+  Scalar median_nis() const {
+    if (position_nis.empty()) return Scalar(std::numeric_limits<double>::quiet_NaN());
+    std::vector<Scalar> sorted = position_nis;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    return *middle;
+  }
+
+  // P_RMS in m; nan without a position.
+  Scalar p_rms() const {
+    using std::sqrt;
+    return sqrt(position_squares / Scalar(static_cast<double>(positions)));
+  }
+};
+
+}  // namespace liealign

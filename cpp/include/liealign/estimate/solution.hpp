@@ -1,0 +1,41 @@
+// What an estimator gives at an epoch: the state and the covariance blocks the output needs.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "liealign/estimate/ekf.hpp"
+#include "liealign/estimate/lie_model.hpp"
+
+namespace liealign {
+
+// X and the 3x3 diagonal blocks of the covariance of its left error (body axes; b_a, b_g by their diagonals).
+struct Epoch {
+  double t_s = 0.0;
+  NavState<double> X;
+  Matrix3d P_phi, P_nu, P_rho;            // rad^2, (m/s)^2, m^2
+  Vector3d variance_b_a, variance_b_g;    // (m/s^2)^2, (rad/s)^2
+};
+
+inline Epoch epoch_of(double t_s, const Belief<LieModel<double>>& b) {
+  return {t_s,
+          b.X,
+          b.P.block<3, 3>(kPhi, kPhi),
+          b.P.block<3, 3>(kNu, kNu),
+          b.P.block<3, 3>(kRho, kRho),
+          b.P.diagonal().segment<3>(kBa),
+          b.P.diagonal().segment<3>(kBg)};
+}
+
+// An epoch in the terms of the output: geodetic, NED, Euler angles, one sigma. Angles in rad, lengths in m.
+struct NavRow {
+  double t_s, lat_rad, lon_rad, height_m;
+  Vector3d v_n_mps, rpy_rad;                      // yaw = heading in [0, 2 pi)
+  Vector3d std_p_n_m, std_v_n_mps, std_rpy_rad;
+};
+
+// Standard deviations from the left error: p_n by C_b_n rho, v_n by C_b_n nu, and Euler angles by
+//   d(roll, pitch, yaw) = [1, s_r t_p, c_r t_p; 0, c_r, -s_r; 0, s_r/c_p, c_r/c_p] phi            (Eq. 41)
+NavRow nav_row(const Epoch& epoch);
+
+}  // namespace liealign

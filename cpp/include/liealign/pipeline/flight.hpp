@@ -1,0 +1,47 @@
+// A flight as read, and as the filters take it: prepared IMU, fixes on true time, rests, the alignment problem.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "liealign/align/candidates.hpp"
+#include "liealign/ins/prepare_imu.hpp"
+#include "liealign/pipeline/config.hpp"
+
+namespace liealign {
+
+struct Flight {
+  Config config;
+  ImuSeries imu;                     // as logged
+  std::vector<GnssRecord> gnss;      // as logged
+  std::vector<std::string> warnings;
+};
+
+// Reads imu.file and gnss.file. Throws InputError (file:line:column) or ConfigError when a file is not named.
+Flight read_flight(const Config& config);
+
+// Why a GNSS record is or is not an update of the filter.
+enum class RecordUse { update, averaged_at_rest, quality_not_accepted, outside_imu };
+
+struct PreparedFlight {
+  Config config;
+  AlignmentProblem problem;           // with the filter options of the candidates
+  FilterOptions filter;               // of the final run
+  std::vector<RestPeriod> rests;      // all that were found; the first and the last give updates
+  std::vector<ImuGap> gaps;
+  std::vector<RecordUse> record_use;  // per GNSS record
+  std::vector<double> record_time_s;  // per GNSS record: true time
+  double t_begin_s = 0.0;             // the run begins: start of the first rest
+  double imu_rate_hz = 0.0;
+  double latency_s = 0.0;
+  double imu_noise_scale = 1.0;
+  double gnss_std_scale = 1.0;
+  std::string start = "static";       // how the run starts
+  std::vector<std::string> warnings;
+};
+
+// Throws InputError when IMU and GNSS do not overlap or the flight does not begin at rest.
+PreparedFlight prepare_flight(const Flight& flight);
+
+}  // namespace liealign

@@ -1,0 +1,46 @@
+// The pipeline of TAES Fig. 5 after the alignment: filter, then smoother, from the aligned heading.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "liealign/align/heading_search.hpp"
+#include "liealign/core/progress.hpp"
+#include "liealign/estimate/score.hpp"
+#include "liealign/estimate/solution.hpp"
+#include "liealign/pipeline/flight.hpp"
+
+namespace liealign {
+
+// One update by a fix, NED.
+struct FixUpdate {
+  Vector3d residual_n = Vector3d::Zero();  // m or m/s
+  Vector3d std_n = Vector3d::Zero();       // root of the diagonal of S
+  double nis = 0.0;
+  double weight = 0.0;
+  Verdict verdict = Verdict::used;
+};
+
+// What became of a GNSS record.
+struct FixRecord {
+  double t_s = 0.0;  // true time
+  RecordUse use = RecordUse::update;
+  std::optional<FixUpdate> position, velocity;
+};
+
+struct Solution {
+  std::vector<Epoch> smoothed;   // at every IMU stamp from the first rest to the last event
+  std::vector<Epoch> filtered;   // the same from the forward pass alone; empty unless output.filtered
+  std::vector<FixRecord> fixes;  // one per GNSS record
+  Score<double> score;           // of the forward pass
+  double heading_std_initial_rad = 0.0;
+};
+
+// Filter and smoother from psi* of the alignment. The heading's initial standard deviation is at least five times the
+// alignment's, so that the flight, which the alignment has already used, is not counted twice (its share in the posterior
+// information is below 4 %); a typed-in prior with a smaller one is kept.
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {});
+
+}  // namespace liealign

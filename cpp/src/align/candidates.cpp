@@ -1,0 +1,55 @@
+// The candidate bank.
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/align/candidates.hpp"
+
+#include <limits>
+
+#include "liealign/estimate/score.hpp"
+
+namespace liealign {
+namespace {
+
+using Model = LieModel<double>;
+
+struct ScoringVisitor : SilentVisitor<Model> {
+  Gate gate;
+  Score<double> score;
+
+  void updated(const Event&, UpdateKind kind, const Innovation<double>& innovation) { score.add(gate, kind, innovation); }
+};
+
+CandidateScore evaluate(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
+  const FlightData& data = problem.data;
+  Belief<Model> belief = belief_at_rest(problem.rest, candidate.heading_rad, candidate.heading_std_rad, problem.initial,
+                                        data.l_ba_b, problem.filter.dynamics.gravity);
+  ImuCursor cursor = cursor_at(data.imu, problem.t_begin_s);
+  SilentVisitor<Model> silent;
+  cursor = forward_pass(data, problem.filter, belief, cursor, problem.t_start_s, silent);
+  const Ekf<Model> ekf{problem.filter.dynamics, problem.filter.covariance_reset};
+  propagate_to(ekf, data.imu, problem.t_start_s, cursor, belief, silent);
+  set_heading(belief, candidate.heading_rad, candidate.heading_std_rad, data.l_ba_b);
+
+  ScoringVisitor visitor{{}, scaled(problem.score_gate, candidate.gate_scale), {}};
+  forward_pass(data, problem.filter, belief, cursor, problem.t_end_s, visitor);
+  return {visitor.score.negative_log_likelihood, visitor.score.p_rms(), visitor.score.median_nis(), visitor.score.positions};
+}
+
+}  // namespace
+
+std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem, const std::vector<HeadingCandidate>& candidates) {
+  std::vector<CandidateScore> scores(candidates.size());
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(candidates.size());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    const std::size_t k = static_cast<std::size_t>(i);
+    try {
+      scores[k] = evaluate(problem, candidates[k]);
+    } catch (const NumericalError&) {
+      // A heading so wrong that its filter breaks down is simply the worst.
+      scores[k].cost = std::numeric_limits<double>::infinity();
+    }
+  }
+  return scores;
+}
+
+}  // namespace liealign

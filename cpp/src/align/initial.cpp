@@ -1,0 +1,67 @@
+// Initial conditions, (Eq. 35)-(Eq. 37).
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/align/initial.hpp"
+
+#include <cmath>
+
+#include "liealign/earth/geodesy.hpp"
+
+namespace liealign {
+
+Vector<double, 2> level(const Vector3d& f) {
+  return {std::atan2(-f.y(), -f.z()), std::atan2(f.x(), std::hypot(f.y(), f.z()))};
+}
+
+Belief<LieModel<double>> belief_at_rest(const RestStatistics& rest, double heading_rad, double heading_std_rad,
+                                        const InitialStd& std, const Vector3d& l_ba_b, GravityModel gravity) {
+  const Vector3d& f = rest.mean_f_ib_b;
+  const Vector<double, 2> roll_pitch = level(f);
+  const Matrix3d C_b_n = C_b_n_from_rpy({roll_pitch[0], roll_pitch[1], heading_rad});
+  Belief<LieModel<double>> belief;
+  SE23<double>& nav = belief.X.first;
+  nav.C = C_n_e(rest.p_ea_e) * C_b_n;
+  nav.p = rest.p_ea_e - nav.C * l_ba_b;
+  const double g = gravity_e(nav.p, gravity).norm();
+  belief.X.second.x << f * (1.0 - g / f.norm()), rest.mean_omega_ib_b - nav.C.transpose() * wgs84::omega_ie_e();
+
+  const double tilt2 = std.roll_pitch_rad * std.roll_pitch_rad, heading2 = heading_std_rad * heading_std_rad;
+  const Matrix3d P_phi = C_b_n.transpose() * Vector3d(tilt2, tilt2, heading2).asDiagonal() * C_b_n;
+  const Matrix3d l = hat(l_ba_b);
+  LieModel<double>::Covariance& P = belief.P;
+  P.setZero();
+  P.block<3, 3>(kPhi, kPhi) = P_phi;
+  P.block<3, 3>(kNu, kNu) = std.velocity_mps * std.velocity_mps * Matrix3d::Identity();
+  P.block<3, 3>(kRho, kRho) = nav.C.transpose() * rest.R_p_e * nav.C + l * P_phi * l.transpose();
+  P.block<3, 3>(kRho, kPhi) = l * P_phi;
+  P.block<3, 3>(kPhi, kRho) = P_phi * l.transpose();
+  P.block<3, 3>(kBa, kBa) = std.accel_bias_mps2 * std.accel_bias_mps2 * Matrix3d::Identity();
+  P.block<3, 3>(kBg, kBg) = std.gyro_bias_rps * std.gyro_bias_rps * Matrix3d::Identity();
+  return belief;
+}
+
+double heading_of(const NavState<double>& X) {
+  const Vector3d forward_n = C_n_e(X.first.p).transpose() * X.first.C.col(0);
+  return std::atan2(forward_n.y(), forward_n.x());
+}
+
+void set_heading(Belief<LieModel<double>>& belief, double heading_rad, double heading_std_rad, const Vector3d& l_ba_b) {
+  SE23<double>& nav = belief.X.first;
+  const Vector3d down_e = C_n_e(nav.p).col(2);
+  const Vector3d antenna = nav.p + nav.C * l_ba_b;
+  const Matrix3d turn = gamma<0>(Vector3d(down_e * (heading_rad - heading_of(belief.X))));
+  nav.C = turn * nav.C;
+  nav.v = turn * nav.v;
+  nav.p = antenna - nav.C * l_ba_b;
+
+  using Tangent = LieModel<double>::Tangent;
+  Tangent u = Tangent::Zero(), w = Tangent::Zero();
+  const Vector3d down_b = nav.C.transpose() * down_e;
+  u.segment<3>(kPhi) = down_b;
+  u.segment<3>(kRho) = l_ba_b.cross(down_b);
+  w.segment<3>(kPhi) = down_b;
+  const LieModel<double>::Covariance Pi = LieModel<double>::Covariance::Identity() - u * w.transpose();
+  belief.P = (Pi * belief.P * Pi.transpose() + heading_std_rad * heading_std_rad * u * u.transpose()).eval();
+  Ekf<LieModel<double>>::symmetrise(belief.P);
+}
+
+}  // namespace liealign

@@ -1,0 +1,164 @@
+// Rest detection and averages over a rest.
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/align/rest.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace liealign {
+namespace {
+
+constexpr double kWindow_s = 0.5;
+
+struct Window {
+  double begin_s, end_s;
+  Vector3d mean_omega, mean_f, std_omega, std_f;
+};
+
+Window summarise(const ImuSeries& imu, std::size_t first, std::size_t last) {
+  const double n = static_cast<double>(last - first);
+  Vector3d sum_w = Vector3d::Zero(), sum_f = Vector3d::Zero(), square_w = Vector3d::Zero(), square_f = Vector3d::Zero();
+  for (std::size_t k = first; k < last; ++k) {
+    // against the first sample, so that the squares keep their digits
+    const Vector3d w = imu[k].omega_ib_b - imu[first].omega_ib_b, f = imu[k].f_ib_b - imu[first].f_ib_b;
+    sum_w += w;
+    sum_f += f;
+    square_w += w.cwiseAbs2();
+    square_f += f.cwiseAbs2();
+  }
+  const auto deviation = [n](const Vector3d& sum, const Vector3d& square) -> Vector3d {
+    return (square / n - (sum / n).cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+  };
+  return {imu[first - 1].t_s, imu[last - 1].t_s, imu[first].omega_ib_b + sum_w / n, imu[first].f_ib_b + sum_f / n,
+          deviation(sum_w, square_w), deviation(sum_f, square_f)};
+}
+
+std::vector<Window> windows(const ImuSeries& imu) {
+  std::vector<Window> out;
+  std::size_t first = 1;
+  for (std::size_t k = 1; k < imu.size(); ++k) {
+    if (imu[k].t_s - imu[first - 1].t_s < kWindow_s && k + 1 < imu.size()) continue;
+    // A window that spans a gap of the log has too few samples to say anything.
+    if (imu[k].t_s - imu[first - 1].t_s < 2.0 * kWindow_s && k + 1 - first >= 5) out.push_back(summarise(imu, first, k + 1));
+    first = k + 1;
+  }
+  return out;
+}
+
+// The rest so far: slow averages, so that a warming sensor may drift.
+struct Reference {
+  Vector3d omega = Vector3d::Zero(), f = Vector3d::Zero();
+  Vector3d p = Vector3d::Zero();
+  double fixes = 0.0;
+
+  void follow(const Window& w) {
+    omega += 0.2 * (w.mean_omega - omega);
+    f += 0.2 * (w.mean_f - f);
+  }
+};
+
+bool fix_stays(const GnssFix& fix, Reference& reference, double sigmas) {
+  const double sigma = std::sqrt(fix.R_p_e.trace());
+  if (reference.fixes > 0.0 && (fix.p_ea_e - reference.p).norm() > sigmas * sigma) return false;
+  reference.fixes = std::min(reference.fixes + 1.0, 20.0);
+  reference.p += (fix.p_ea_e - reference.p) / reference.fixes;
+  return true;
+}
+
+bool calm(const Window& w, const RestLimits& limits) {
+  return w.std_omega.maxCoeff() <= limits.gyro_std_rps && w.std_f.maxCoeff() <= limits.accel_std_mps2;
+}
+
+}  // namespace
+
+std::vector<RestPeriod> find_rests(const ImuSeries& imu, const std::vector<GnssFix>& fixes, const RestLimits& limits) {
+  std::vector<RestPeriod> rests;
+  bool open = false;
+  RestPeriod period;
+  Reference reference;
+  std::size_t next_fix = 0;
+  const auto close = [&] {
+    if (open && period.end_s - period.begin_s >= limits.min_duration_s) rests.push_back(period);
+    open = false;
+  };
+  for (const Window& w : windows(imu)) {
+    const bool connected = open && w.begin_s - period.end_s < kWindow_s;
+    bool still = calm(w, limits);
+    if (still && connected) {
+      still = (w.mean_omega - reference.omega).norm() <= limits.gyro_mean_rps &&
+              (w.mean_f - reference.f).norm() <= limits.accel_mean_mps2;
+    }
+    Reference trial = connected ? reference : Reference{w.mean_omega, w.mean_f, Vector3d::Zero(), 0.0};
+    while (next_fix < fixes.size() && fixes[next_fix].t_s <= w.begin_s) ++next_fix;
+    for (std::size_t i = next_fix; still && i < fixes.size() && fixes[i].t_s <= w.end_s; ++i) {
+      still = fix_stays(fixes[i], trial, limits.gnss_drift_sigma);
+    }
+    if (!still || !connected) close();
+    if (!still) continue;
+    if (!open) period = {w.begin_s, w.end_s};
+    open = true;
+    period.end_s = w.end_s;
+    reference = trial;
+    reference.follow(w);
+  }
+  close();
+  // Motion that begins inside a window leaves it calm: a window less at either end that the log does not end itself.
+  std::vector<RestPeriod> trimmed;
+  for (RestPeriod r : rests) {
+    if (r.begin_s > imu.front().t_s + kWindow_s) r.begin_s += kWindow_s;
+    if (r.end_s < imu.back().t_s - kWindow_s) r.end_s -= kWindow_s;
+    if (r.end_s - r.begin_s >= limits.min_duration_s) trimmed.push_back(r);
+  }
+  return trimmed;
+}
+
+RestStatistics rest_statistics(const ImuSeries& imu, const std::vector<GnssFix>& fixes, const RestPeriod& period) {
+  RestStatistics s;
+  s.period = period;
+  double samples = 0.0;
+  for (std::size_t k = 1; k < imu.size() && imu[k].t_s <= period.end_s; ++k) {
+    if (imu[k].t_s <= period.begin_s) continue;
+    s.mean_omega_ib_b += imu[k].omega_ib_b;
+    s.mean_f_ib_b += imu[k].f_ib_b;
+    samples += 1.0;
+  }
+  s.mean_omega_ib_b /= samples;
+  s.mean_f_ib_b /= samples;
+  for (const GnssFix& fix : fixes) {
+    if (fix.t_s < period.begin_s || fix.t_s > period.end_s) continue;
+    ++s.fixes;
+    const double n = static_cast<double>(s.fixes);
+    s.p_ea_e += (fix.p_ea_e - s.p_ea_e) / n;
+    s.R_p_e += (fix.R_p_e - s.R_p_e) / n;
+  }
+  return s;
+}
+
+std::vector<RestUpdate> rest_updates(const ImuSeries& imu, const RestPeriod& period, double interval_s) {
+  std::vector<RestUpdate> updates;
+  const auto later = [](double t, const ImuSample& s) { return t < s.t_s; };
+  auto first = std::upper_bound(imu.begin() + 1, imu.end(), period.begin_s, later);
+  for (double begin = period.begin_s; begin + interval_s <= period.end_s + 1e-9; begin += interval_s) {
+    const double end = begin + interval_s;
+    RestUpdate u{end, interval_s, Vector3d::Zero(), Vector3d::Zero()};
+    double samples = 0.0;
+    for (; first != imu.end() && first->t_s <= end; ++first) {
+      u.mean_omega_ib_b += first->omega_ib_b;
+      samples += 1.0;
+    }
+    if (samples < 1.0) continue;
+    u.mean_omega_ib_b /= samples;
+    updates.push_back(u);
+  }
+  if (updates.size() < 3) return updates;
+  // Scatter about a drifting mean: from successive differences, so that a warming sensor does not count as rocking.
+  Vector3d squares = Vector3d::Zero();
+  for (std::size_t i = 1; i < updates.size(); ++i) {
+    squares += (updates[i].mean_omega_ib_b - updates[i - 1].mean_omega_ib_b).cwiseAbs2();
+  }
+  const Vector3d std = (squares / (2.0 * static_cast<double>(updates.size() - 1))).cwiseSqrt();
+  for (RestUpdate& u : updates) u.std_omega_ib_b = std;
+  return updates;
+}
+
+}  // namespace liealign

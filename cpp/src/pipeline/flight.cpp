@@ -1,0 +1,181 @@
+// Reading and preparing a flight.
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/pipeline/flight.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "liealign/core/error.hpp"
+#include "liealign/earth/geodesy.hpp"
+#include "liealign/io/csv.hpp"
+#include "liealign/pipeline/settings.hpp"
+
+namespace liealign {
+namespace {
+
+std::string seconds(double t) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f", t);
+  return text;
+}
+
+std::string span(double begin, double end) { return seconds(begin) + " s to " + seconds(end) + " s"; }
+
+// Raises the diagonal of a covariance to floor^2 where it is below.
+void raise_to_floor(Matrix3d& P, double floor) {
+  for (int i = 0; i < 3; ++i) P(i, i) = std::max(P(i, i), floor * floor);
+}
+
+GnssFix fix_from_record(const GnssRecord& r, std::size_t index, const Config& config, double latency_s, double scale) {
+  const GnssConfig& c = config.gnss;
+  const Matrix3d C = C_n_e(r.lat_rad, r.lon_rad);
+  GnssFix fix;
+  fix.t_s = r.t_s - latency_s;
+  fix.record = index;
+  fix.p_ea_e = ecef_from_geodetic({r.lat_rad, r.lon_rad, r.height_m});
+  Matrix3d P_n = scale * scale * r.P_n_m2;
+  raise_to_floor(P_n, c.std_floor_m);
+  fix.R_p_e = C * P_n * C.transpose();
+  fix.has_velocity = r.has_velocity && c.use_velocity;
+  if (!fix.has_velocity) return fix;
+  fix.v_ea_e = C * r.v_n_mps;
+  const Vector3d std_v = r.has_velocity_std ? Vector3d(scale * r.std_v_n_mps) : Vector3d::Constant(scale * c.velocity_std_mps);
+  Matrix3d R_v = std_v.cwiseAbs2().asDiagonal();
+  raise_to_floor(R_v, c.velocity_std_floor_mps);
+  fix.R_v_e = C * R_v * C.transpose();
+  return fix;
+}
+
+bool accepted(const GnssRecord& r, const Config& config) {
+  const std::vector<int>& accept = config.gnss.accept_fix;
+  return r.fix == 0 || std::find(accept.begin(), accept.end(), r.fix) != accept.end();
+}
+
+void make_fixes(const Flight& flight, PreparedFlight& out) {
+  FlightData& data = out.problem.data;
+  const double begin = data.imu.front().t_s, end = data.imu.back().t_s;
+  std::size_t refused = 0;
+  for (std::size_t i = 0; i < flight.gnss.size(); ++i) {
+    const GnssFix fix = fix_from_record(flight.gnss[i], i, flight.config, out.latency_s, out.gnss_std_scale);
+    out.record_time_s.push_back(fix.t_s);
+    out.record_use.push_back(RecordUse::update);
+    if (!accepted(flight.gnss[i], flight.config)) {
+      out.record_use.back() = RecordUse::quality_not_accepted;
+      ++refused;
+    } else if (fix.t_s <= begin || fix.t_s > end) {
+      out.record_use.back() = RecordUse::outside_imu;
+    } else {
+      data.fixes.push_back(fix);
+    }
+  }
+  if (refused == flight.gnss.size()) {
+    throw InputError(flight.config.gnss.file + ": no row has an accepted fix; gnss.accept_fix lists the values of the column \"fix\" to use");
+  }
+  if (data.fixes.empty()) {
+    throw InputError("the IMU and the GNSS log do not overlap: " + flight.config.imu.file + " covers " + span(begin, end) + ", " +
+                     flight.config.gnss.file + " " + span(out.record_time_s.front(), out.record_time_s.back()) +
+                     " (after gnss.latency_s); bring both to one time scale");
+  }
+}
+
+// The first rest starts the run: tilt, biases and position come from it.
+const RestPeriod& initial_rest(const PreparedFlight& out) {
+  if (out.config.align.start == "moving") {
+    throw InputError("align.start is \"moving\", which this version does not have; it starts from a rest of at least rest.min_duration_s");
+  }
+  const std::string what = "; this version starts from a rest of at least " + seconds(out.config.rest.min_duration_s) +
+                           " s with fixes (see the keys of [rest])";
+  if (out.rests.empty()) throw InputError("the log holds no rest" + what);
+  const auto& fixes = out.problem.data.fixes;
+  for (const RestPeriod& r : out.rests) {
+    const auto inside = [&](const GnssFix& f) { return f.t_s >= r.begin_s && f.t_s <= r.end_s; };
+    if (std::any_of(fixes.begin(), fixes.end(), inside)) return r;
+  }
+  throw InputError("no fix falls into a rest" + what);
+}
+
+// Fixes of the first rest are its averaged position and not updates as well; fixes before it are not used.
+void drop_fixes_up_to(double t_start, const RestPeriod& rest, PreparedFlight& out) {
+  auto& fixes = out.problem.data.fixes;
+  for (const GnssFix& f : fixes) {
+    if (f.t_s > t_start) continue;
+    out.record_use[f.record] = f.t_s >= rest.begin_s ? RecordUse::averaged_at_rest : RecordUse::outside_imu;
+  }
+  std::erase_if(fixes, [&](const GnssFix& f) { return f.t_s <= t_start; });
+}
+
+void warn(const Flight& flight, PreparedFlight& out) {
+  const FlightData& data = out.problem.data;
+  if (flight.config.gnss.lever_arm_b_m == std::array<double, 3>{0, 0, 0}) {
+    out.warnings.push_back("gnss.lever_arm_b_m is zero: the antenna is taken to be at the IMU");
+  }
+  for (const ImuGap& gap : out.gaps) {
+    out.warnings.push_back("the IMU log has a gap from " + span(gap.begin_s, gap.end_s) + "; it is bridged and the noise grows there");
+  }
+  if (out.t_begin_s > data.imu.front().t_s + 1.0) {
+    out.warnings.push_back("the run starts with the rest at " + seconds(out.t_begin_s) + " s; " +
+                           seconds(out.t_begin_s - data.imu.front().t_s) + " s of IMU data before it are not used");
+  }
+  if (!data.fixes.empty() && data.imu.back().t_s > data.fixes.back().t_s + 2.0) {
+    out.warnings.push_back("the IMU log goes on for " + seconds(data.imu.back().t_s - data.fixes.back().t_s) +
+                           " s after the last fix; the trajectory ends with the last fix or rest");
+  }
+}
+
+}  // namespace
+
+Flight read_flight(const Config& config) {
+  if (config.imu.file.empty()) throw ConfigError("imu.file is not given; name the IMU log (--imu FILE)");
+  if (config.gnss.file.empty()) throw ConfigError("gnss.file is not given; name the GNSS log (--gnss FILE)");
+  Flight flight;
+  flight.config = config;
+  flight.imu = read_imu_csv(config.imu.file, flight.warnings);
+  flight.gnss = read_gnss_csv(config.gnss.file, flight.warnings);
+  return flight;
+}
+
+PreparedFlight prepare_flight(const Flight& flight) {
+  const Config& config = flight.config;
+  PreparedFlight out;
+  out.config = config;
+  out.warnings = flight.warnings;
+  out.latency_s = config.gnss.latency_s.value_or(kUnestimatedLatency_s);
+  out.imu_noise_scale = config.imu.noise_scale.value_or(kUnestimatedScale);
+  out.gnss_std_scale = config.gnss.std_scale.value_or(kUnestimatedScale);
+  out.filter = filter_options(config);
+
+  AlignmentProblem& problem = out.problem;
+  FlightData& data = problem.data;
+  PreparedImu imu = prepare_imu(flight.imu, sample_kind(config), sensor_to_body(config), config.imu.max_gap_s);
+  out.gaps = imu.gaps;
+  out.imu_rate_hz = 1.0 / imu.median_dt_s;
+  data.imu = std::move(imu.samples);
+  data.l_ba_b = Vector3d(config.gnss.lever_arm_b_m[0], config.gnss.lever_arm_b_m[1], config.gnss.lever_arm_b_m[2]);
+  make_fixes(flight, out);
+
+  out.rests = find_rests(data.imu, data.fixes, rest_limits(config));
+  const RestPeriod rest = initial_rest(out);
+  problem.rest = rest_statistics(data.imu, data.fixes, rest);
+  problem.initial = initial_std(config);
+  problem.filter = out.filter;
+  problem.filter.gate.outliers = Outliers::off;
+  problem.score_gate = out.filter.gate;
+  out.t_begin_s = rest.begin_s;
+  problem.t_begin_s = std::max(rest.begin_s, rest.end_s - config.align.max_rest_s);
+  problem.t_start_s = rest.end_s;
+  drop_fixes_up_to(problem.t_start_s, rest, out);
+
+  data.rests = rest_updates(data.imu, rest, config.rest.interval_s);
+  if (out.rests.back().begin_s > rest.end_s) {
+    const std::vector<RestUpdate> last = rest_updates(data.imu, out.rests.back(), config.rest.interval_s);
+    data.rests.insert(data.rests.end(), last.begin(), last.end());
+  }
+  merge_events(data);
+  const double longest = config.align.max_time_s > 0.0 ? config.align.max_time_s : data.imu.back().t_s;
+  problem.t_end_s = std::min(problem.t_start_s + longest, data.imu.back().t_s);
+  warn(flight, out);
+  return out;
+}
+
+}  // namespace liealign
