@@ -230,6 +230,13 @@ TEST(PrepareImu, reports_gaps_and_bridges_them_by_the_mean_of_the_neighbours) {
   EXPECT_NEAR(p.median_dt_s, 0.01, 1e-12);
 }
 
+TEST(PrepareImu, an_increment_after_a_gap_counts_for_a_usual_interval) {
+  ImuSeries log;
+  for (int k = 0; k < 20; ++k) log.push_back({k < 10 ? 0.01 * k : 0.5 + 0.01 * k, Vector3d(0.02, 0, 0), Vector3d(0, 0, -0.1)});
+  const PreparedImu p = prepare_imu(log, ImuSampleKind::increment, Matrix3d::Identity(), 0.1);
+  for (std::size_t k = 1; k < p.samples.size(); ++k) EXPECT_NEAR(p.samples[k].omega_ib_b.x(), 2.0, 1e-9) << k;
+}
+
 TEST(PrepareImu, axes_declarations_turn_the_sensor_into_forward_right_down) {
   EXPECT_EQ(C_s_b_from_axes("FRD"), Matrix3d::Identity());
   EXPECT_EQ(C_s_b_from_axes("FLU") * Vector3d(1, 2, 3), Vector3d(1, -2, -3));

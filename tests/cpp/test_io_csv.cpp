@@ -138,7 +138,7 @@ TEST_F(Csv, GnssMinimumIsPositionWithDiagonalCovariance) {
   EXPECT_EQ(record.P_n_m2, Matrix3d(Vector3d(1, 4, 9).asDiagonal()));
   EXPECT_FALSE(record.has_velocity);
   EXPECT_FALSE(record.has_velocity_std);
-  EXPECT_EQ(record.fix, 0);
+  EXPECT_EQ(record.fix, -1);
   EXPECT_EQ(record.line, 3U);
 }
 

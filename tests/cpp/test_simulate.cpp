@@ -1,5 +1,5 @@
 // Laws of the simulator: the truth obeys the mechanization, the flight is one a drone can fly, the errors have the
-// statistics they claim (Eq. 40)-(Eq. 45).
+// statistics they claim (Eq. 42)-(Eq. 47).
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -31,7 +31,7 @@ CandidateScore evaluate(const AlignmentProblem& problem, const HeadingCandidate&
 
   ScoringVisitor visitor{{}, scaled(problem.score_gate, candidate.gate_scale), {}};
   forward_pass(data, problem.filter, belief, cursor, problem.t_end_s, visitor);
-  return {visitor.score.negative_log_likelihood, visitor.score.p_rms(), visitor.score.median_nis(), visitor.score.positions};
+  return {visitor.score.negative_log_likelihood, visitor.score.p_rms(), visitor.score.nis_90(), visitor.score.positions};
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ std::vector<HeadingMode> modes_of(const std::vector<CurvePoint>& grid) {
 std::vector<HeadingCandidate> HeadingSearch::ask() const {
   std::vector<HeadingCandidate> candidates;
   if (conditional_) {
-    for (double x : conditional_->ask()) candidates.push_back({x, 0.0, gate_scale(median_nis_)});
+    for (double x : conditional_->ask()) candidates.push_back({x, 0.0, gate_scale(nis_90_)});
   } else if (options_.guess_rad) {
     candidates.push_back({*options_.guess_rad, options_.guess_std_rad, 1.0});
   } else {
@@ -91,7 +91,7 @@ void HeadingSearch::tell_wide(const std::vector<CandidateScore>& scores) {
     throw NumericalError("alignment: the filter fails from every heading; check units, axes and time stamps of the IMU");
   }
   if (asked.size() > 1) modes_ = modes_of(curve_);
-  median_nis_ = scores[best].median_nis;
+  nis_90_ = scores[best].nis_90;
   conditional_.emplace(asked[best].heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad, options_.max_evaluations);
 }
 
@@ -104,8 +104,8 @@ HeadingResult HeadingSearch::result() const {
   const Parabola& parabola = conditional_->parabola();
   const bool informative = parabola.has_minimum();
   r.heading_rad = wrap_2pi(r.settled && informative ? parabola.minimum_x : conditional_->best().x);
-  r.median_nis = median_nis_;
-  r.gate_scale = gate_scale(median_nis_);
+  r.nis_90 = nis_90_;
+  r.gate_scale = gate_scale(nis_90_);
   if (informative) r.sigma_rad = parabola.sigma();
   r.modes = modes_.empty() ? std::vector<HeadingMode>{{r.heading_rad, 1.0}} : modes_;
 

@@ -57,6 +57,7 @@ void set_heading(Belief<LieModel<double>>& belief, double heading_rad, double he
   Tangent u = Tangent::Zero(), w = Tangent::Zero();
   const Vector3d down_b = nav.C.transpose() * down_e;
   u.segment<3>(kPhi) = down_b;
+  u.segment<3>(kNu) = down_b.cross(nav.C.transpose() * nav.v);
   u.segment<3>(kRho) = l_ba_b.cross(down_b);
   w.segment<3>(kPhi) = down_b;
   const LieModel<double>::Covariance Pi = LieModel<double>::Covariance::Identity() - u * w.transpose();

@@ -18,26 +18,36 @@ double median_interval(const ImuSeries& log) {
   return *middle;
 }
 
-// The mean over the interval that ends at sample k, from whatever the log holds.
-ImuSample mean_over_interval(const ImuSeries& log, std::size_t k, ImuSampleKind kind, bool gap) {
-  ImuSample s = log[k];
-  const double dt = log[k].t_s - log[k - 1].t_s;
-  if (kind == ImuSampleKind::increment) {
-    s.omega_ib_b /= dt;
-    s.f_ib_b /= dt;
-  } else if (kind == ImuSampleKind::instant || gap) {
-    s.omega_ib_b = 0.5 * (log[k - 1].omega_ib_b + log[k].omega_ib_b);
-    s.f_ib_b = 0.5 * (log[k - 1].f_ib_b + log[k].f_ib_b);
+// Increments become rates; the one after a gap is taken over a usual interval, since the log lost the others.
+ImuSeries rates_of(const ImuSeries& log, ImuSampleKind kind, double median_dt, double max_gap_s) {
+  ImuSeries rates = log;
+  if (kind != ImuSampleKind::increment) return rates;
+  for (std::size_t k = 0; k < log.size(); ++k) {
+    const double since = k == 0 ? median_dt : log[k].t_s - log[k - 1].t_s;
+    const double dt = since > max_gap_s ? median_dt : since;
+    rates[k].omega_ib_b /= dt;
+    rates[k].f_ib_b /= dt;
+  }
+  return rates;
+}
+
+// The mean over the interval that ends at sample k.
+ImuSample mean_over_interval(const ImuSeries& rates, std::size_t k, ImuSampleKind kind, bool gap) {
+  ImuSample s = rates[k];
+  if (kind == ImuSampleKind::instant || gap) {
+    s.omega_ib_b = 0.5 * (rates[k - 1].omega_ib_b + rates[k].omega_ib_b);
+    s.f_ib_b = 0.5 * (rates[k - 1].f_ib_b + rates[k].f_ib_b);
   }
   return s;
 }
 
 }  // namespace
 
-PreparedImu prepare_imu(const ImuSeries& log, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s) {
-  if (log.size() < 2) throw InputError("the IMU log has fewer than two samples");
+PreparedImu prepare_imu(const ImuSeries& raw, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s) {
+  if (raw.size() < 2) throw InputError("the IMU log has fewer than two samples");
   PreparedImu out;
-  out.median_dt_s = median_interval(log);
+  out.median_dt_s = median_interval(raw);
+  const ImuSeries log = rates_of(raw, kind, out.median_dt_s, max_gap_s);
   out.samples.resize(log.size());
   out.samples[0] = log[0];
   ImuSample before = log[0];  // mean over the interval before, uncorrected, sensor axes

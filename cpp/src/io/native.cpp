@@ -196,7 +196,7 @@ void set_velocity(const CsvTable& table, const CsvRow& row, GnssRecord& record) 
 }
 
 int fix_of(const CsvTable& table, const CsvRow& row) {
-  if (table.cell_of_field[kFix] == kNoCell) return 0;
+  if (table.cell_of_field[kFix] == kNoCell) return -1;
   const double fix = row.values[kFix];
   if (fix != std::floor(fix)) fail_at(table, row, kFix);  // an empty cell (NaN) too: 0 would be a made-up quality
   return static_cast<int>(fix);

@@ -49,7 +49,7 @@ GnssFix fix_from_record(const GnssRecord& r, std::size_t index, const Config& co
 
 bool accepted(const GnssRecord& r, const Config& config) {
   const std::vector<int>& accept = config.gnss.accept_fix;
-  return r.fix == 0 || std::find(accept.begin(), accept.end(), r.fix) != accept.end();
+  return r.fix < 0 || std::find(accept.begin(), accept.end(), r.fix) != accept.end();
 }
 
 void make_fixes(const Flight& flight, PreparedFlight& out) {

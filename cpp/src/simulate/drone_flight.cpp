@@ -1,4 +1,4 @@
-// A multirotor survey flight: legs of constant velocity, smoothed three times, with the attitude of (Eq. 42).
+// A multirotor survey flight: legs of constant velocity, smoothed three times, with the attitude of (Eq. 44).
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
@@ -209,7 +209,7 @@ void add_gusts(std::vector<Channels>& x, const DroneFlight& f, double dt) {
   }
 }
 
-// Roll and pitch of (Eq. 42), rad, for the specific force f = a + c v - g in NED and a heading.
+// Roll and pitch of (Eq. 44), rad, for the specific force f = a + c v - g in NED and a heading.
 Vector3d thrust_attitude(const Vector3d& f_n, double heading) {
   const double c = std::cos(heading), s = std::sin(heading);
   const double forward = c * f_n.x() + s * f_n.y(), right = c * f_n.y() - s * f_n.x();
@@ -222,7 +222,7 @@ Vector3d thrust_attitude(const Vector3d& f_n, double heading) {
               std::to_string(max_tilt_deg) + "; lower speed_mps, gust_mps2 or drag_per_s");
 }
 
-// Position by integration, attitude by (Eq. 42), at every fine step.
+// Position by integration, attitude by (Eq. 44), at every fine step.
 std::vector<TruthEpoch> fly(const std::vector<Channels>& x, const DroneFlight& f, double rate) {
   const double dt = 1.0 / rate;
   const std::array<Sines, 3> wobble = make_wobble(f);

@@ -1,4 +1,4 @@
-// IMU errors (Eq. 43)-(Eq. 44) and GNSS fixes (Eq. 45).
+// IMU errors (Eq. 45)-(Eq. 46) and GNSS fixes (Eq. 47).
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/simulate/sensors.hpp"
 
@@ -38,7 +38,7 @@ void check(const ImuErrors& e) {
   if (e.ornstein_uhlenbeck) require_positive("bias_correlation_time_s", e.bias_correlation_time_s);
 }
 
-// One bias over all epochs, (Eq. 44).
+// One bias over all epochs, (Eq. 46).
 std::vector<Vector3d> bias_history(const ImuSeries& imu, const ImuErrors& e, const Vector3d& beta, double density,
                                    double sigma, Random random) {
   std::vector<Vector3d> b(imu.size());
@@ -109,7 +109,7 @@ struct FixNoise {
   Vector3d outlier_m;
 };
 
-// (Eq. 45).
+// (Eq. 47).
 GnssRecord measure(const Truth& truth, const GnssErrors& e, double t_s, const FixNoise& noise) {
   const Place at = locate(truth, t_s);
   const SE23<double> X = state_at(truth, at);

@@ -1,4 +1,4 @@
-// Inverse strapdown along a reference, (Eq. 40)-(Eq. 41), and the random numbers of the simulator.
+// Inverse strapdown along a reference, (Eq. 42)-(Eq. 43), and the random numbers of the simulator.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <string>

@@ -30,7 +30,7 @@ struct HeadingCandidate {
 struct CandidateScore {
   double cost = 0.0;     // (Eq. 33) without prior; +infinity when the filter failed
   double p_rms_m = 0.0;  // (Eq. 34)
-  double median_nis = 0.0;  // of the positions; 2.37 where the noise model is right
+  double nis_90 = 0.0;   // 90 % point of the positions' NIS; 6.25 where the noise model is right
   std::size_t fixes = 0;
 };
 

@@ -51,7 +51,7 @@ struct HeadingResult {
   std::vector<CurvePoint> curve;            // every candidate, in order of evaluation
   int evaluations = 0;
   double gate_scale = 1.0;                  // of the score, and for the final filter
-  double median_nis = 0.0;                  // of the best wide candidate's positions
+  double nis_90 = 0.0;                      // of the best wide candidate's positions
 };
 
 class HeadingSearch {
@@ -74,7 +74,7 @@ class HeadingSearch {
   double prior(double heading_rad) const;
 
   HeadingSearchOptions options_;
-  double median_nis_ = 0.0;
+  double nis_90_ = 0.0;
   std::vector<HeadingMode> modes_;
   std::vector<CurvePoint> curve_;
   std::optional<QuadraticSearch> conditional_;  // in heading, unwrapped about its centre

@@ -81,7 +81,7 @@ struct Ekf {
     return innovation;
   }
 
-  // (Eq. 28)-(29) with gain weight * K. A weight of 0 leaves the belief as it is.
+  // (Eq. 28)-(Eq. 29) with gain weight * K. A weight of 0 leaves the belief as it is.
   void correct(Belief<Model>& belief, Innovation<Scalar>& innovation, const MeasurementMatrix& H, const Matrix3d& R,
                const Scalar& weight) const {
     innovation.weight = weight;

@@ -64,29 +64,39 @@ Innovation<typename Model::Scalar> gated_update(const Ekf<Model>& ekf, const Gat
   return innovation;
 }
 
-// Position update with the re-acquisition rule: after `reacquire_after` positions beyond the gate in a row the filter,
-// not the receiver, is taken to be wrong. Its covariance is enlarged until the innovation is what it expects,
-// P <- P max(1, zeta/3) (a fading factor), and the fix is used in full. `beyond` counts; P_predicted follows P.
+// The re-acquisition rule: after `reacquire_after` positions beyond the gate in a row the filter, not the receiver, is taken
+// to be wrong. It is off by z, gathered since the last position inside the gate, tau ago: position variance grows by |z|^2,
+// velocity variance by |z|^2/tau^2, and the fix is used in full.
+struct Reacquisition {
+  int beyond = 0;             // positions beyond the gate in a row
+  double last_inside_s = 0.0;
+};
+
+// Position update through the gate. P_predicted becomes the covariance the update started from.
 template <typename Model>
-Innovation<typename Model::Scalar> position_update(const Ekf<Model>& ekf, const FilterOptions& options, const FlightData& data,
-                                                   const GnssFix& fix, Belief<Model>& belief, int& beyond,
+Innovation<typename Model::Scalar> position_update(const Ekf<Model>& ekf, const FilterOptions& options, const Vector3d& l_ba_b,
+                                                   const GnssFix& fix, Reacquisition& state, Belief<Model>& belief,
                                                    typename Model::Covariance& P_predicted) {
   using Scalar = typename Model::Scalar;
-  const Prediction<Scalar> m = Model::gnss_position(belief.X, data.l_ba_b);
+  const Prediction<Scalar> m = Model::gnss_position(belief.X, l_ba_b);
   const Vector3<Scalar> z = fix.p_ea_e.cast<Scalar>() - m.h;
   Innovation<Scalar> innovation = ekf.innovate(belief, z, m.H, fix.R_p_e);
   const Scalar weight = gate_weight(options.gate, innovation.nis);
-  beyond = weight < Scalar(1) ? beyond + 1 : 0;
-  if (options.reacquire_after > 0 && beyond > options.reacquire_after) {
-    beyond = 0;
-    belief.P *= innovation.nis / Scalar(3);
-    P_predicted = belief.P;
-    innovation = ekf.innovate(belief, z, m.H, fix.R_p_e);
-    ekf.correct(belief, innovation, m.H, fix.R_p_e, Scalar(1));
-    innovation.verdict = Verdict::reacquired;
+  state.beyond = weight < Scalar(1) ? state.beyond + 1 : 0;
+  const double tau = fix.t_s - state.last_inside_s;
+  if (state.beyond == 0) state.last_inside_s = fix.t_s;
+  if (options.reacquire_after <= 0 || state.beyond <= options.reacquire_after) {
+    ekf.correct(belief, innovation, m.H, fix.R_p_e, weight);
     return innovation;
   }
-  ekf.correct(belief, innovation, m.H, fix.R_p_e, weight);
+  state = {0, fix.t_s};
+  const Scalar z2 = z.squaredNorm();
+  belief.P.diagonal().template segment<3>(kRho).array() += z2;
+  belief.P.diagonal().template segment<3>(kNu).array() += z2 / Scalar(tau * tau);
+  P_predicted = belief.P;
+  innovation = ekf.innovate(belief, z, m.H, fix.R_p_e);
+  ekf.correct(belief, innovation, m.H, fix.R_p_e, Scalar(1));
+  innovation.verdict = Verdict::reacquired;
   return innovation;
 }
 
@@ -115,7 +125,7 @@ template <typename Model, typename Visitor>
 ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Belief<Model>& belief, ImuCursor cursor, double t_end,
                        Visitor& visitor) {
   const Ekf<Model> ekf{options.dynamics, options.covariance_reset};
-  int beyond = 0;
+  Reacquisition reacquisition{0, cursor.t_s};
   for (std::size_t i = 0; i < data.events.size(); ++i) {
     const Event& event = data.events[i];
     if (event.t_s <= cursor.t_s) continue;
@@ -125,7 +135,7 @@ ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Bel
     typename Model::Covariance P_predicted = belief.P;
     if (event.kind == Event::Kind::fix) {
       const GnssFix& fix = data.fixes[event.index];
-      visitor.updated(event, UpdateKind::position, position_update(ekf, options, data, fix, belief, beyond, P_predicted));
+      visitor.updated(event, UpdateKind::position, position_update(ekf, options, data.l_ba_b, fix, reacquisition, belief, P_predicted));
       if (fix.has_velocity) {
         const Vector3d omega = data.imu[std::min(cursor.k, data.imu.size() - 1)].omega_ib_b;
         visitor.updated(event, UpdateKind::velocity,

@@ -38,11 +38,12 @@ struct Gate {
   double kappa = 16.27;  // chi-square quantile; the pipeline sets it from a probability
 };
 
-// Where the fixes of a whole flight disagree with the filter more than its noise model says, the gate opens by as much,
-// kappa median(zeta)/median(chi^2_3): it is there for the fixes that stand out, not for a noise model that is too small.
-inline double gate_scale(double median_nis) {
-  constexpr double kMedianChiSquare3 = 2.365973884375338;
-  return median_nis > kMedianChiSquare3 ? median_nis / kMedianChiSquare3 : 1.0;
+// Where the fixes of a whole flight disagree with the filter more than its noise model says, the gate opens by as much: it is
+// there for the fixes that stand out, not for a noise model that is too small. By the 90 % point of the flight's NIS, which
+// up to a tenth of outliers does not move.
+inline double gate_scale(double nis_90) {
+  constexpr double kChiSquare3At90 = 6.251388631170325;
+  return nis_90 > kChiSquare3At90 ? nis_90 / kChiSquare3At90 : 1.0;
 }
 
 inline Gate scaled(const Gate& gate, double scale) { return {gate.outliers, gate.kappa * scale}; }

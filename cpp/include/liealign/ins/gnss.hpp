@@ -20,7 +20,7 @@ struct GnssRecord {
   Vector3d v_n_mps = Vector3d::Zero();         // NED
   bool has_velocity_std = false;
   Vector3d std_v_n_mps = Vector3d::Zero();     // NED
-  int fix = 0;                                 // RTKLIB's Q (1 fixed, 2 float, ...); 0 when the file has no such column
+  int fix = -1;                                // RTKLIB's Q (0 none, 1 fixed, 2 float, ...); -1 when the file has no such column
   std::size_t line = 0;                        // line in the file, for messages
 };
 

@@ -1,10 +1,10 @@
 // Truth of a simulated flight: states on SE_2(3), and the perfect IMU that belongs to them.
 //
-//   u_k = inverse_mechanize(X_{k-1}, X_k^ref),   X_k = mechanize(X_{k-1}, u_k)                 (Eq. 40)
-//   w_k = sum_j w_j dt_j / sum_j dt_j,   f_k = sum_j f_j dt_j / sum_j dt_j                      (Eq. 41)
+//   u_k = inverse_mechanize(X_{k-1}, X_k^ref),   X_k = mechanize(X_{k-1}, u_k)                 (Eq. 42)
+//   w_k = sum_j w_j dt_j / sum_j dt_j,   f_k = sum_j f_j dt_j / sum_j dt_j                      (Eq. 43)
 //
-// (Eq. 40) follows the reference in attitude and velocity; its position row is dropped, the position is the mechanized
-// one. (Eq. 41) is the mean over the fine steps of one IMU sample: what an integrating IMU reports.
+// (Eq. 42) follows the reference in attitude and velocity; its position row is dropped, the position is the mechanized
+// one. (Eq. 43) is the mean over the fine steps of one IMU sample: what an integrating IMU reports.
 // Source: TAES (32)-(33) for `paper` (with C_e_b omega_ie, missing in print) and their exact counterpart for `exact`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -43,7 +43,7 @@ struct Truth {
   ImuSeries imu;
 };
 
-// (Eq. 40)-(Eq. 41). The reference is at `oversample` times the rate of the IMU wanted; every oversample-th epoch of
+// (Eq. 42)-(Eq. 43). The reference is at `oversample` times the rate of the IMU wanted; every oversample-th epoch of
 // the truth is kept. Attitude and velocity are those of the reference. With `exact` so is the position (0.04 mm over
 // the default drone flight) if that of the reference is the integral of its velocity; with `paper`, which leaves out
 // dt/2 sum (w x v) dt, it drifts (0.17 m at 200 Hz). `paper` is only its own truth with oversample = 1: its steps do
@@ -89,7 +89,7 @@ struct DroneFlight {
 // Reference of the flight at rate_hz * oversample, to be given to truth_from_reference with the same oversample:
 // commanded velocity -> three moving averages -> acceleration a and, with drag c and gravity g, the attitude of
 // a multirotor,
-//   z_b = (g - a - c v) / |g - a - c v|,  heading as commanded                                  (Eq. 42)
+//   z_b = (g - a - c v) / |g - a - c v|,  heading as commanded                                  (Eq. 44)
 // plus wobble. While parked, velocity is exactly zero and attitude exactly constant. The working frame is the NED frame
 // of the pad, fixed to the Earth. Throws Error when duration_s is too short for a flight, a field is out of range, or
 // the flight would tilt more than max_tilt_deg.

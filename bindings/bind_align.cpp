@@ -1,0 +1,88 @@
+// Floor 5: the heading search as ask/tell. evaluate_candidates is with the prepared flight, in bind_flight.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#include "floors.hpp"
+#include "liealign/align/heading_search.hpp"
+#include "liealign/pipeline/settings.hpp"
+
+namespace liealign::bindings {
+namespace {
+
+py::dict modes(const HeadingResult& r) {
+  py::dict columns;
+  double* heading = add_column(columns, "heading_rad", r.modes.size());
+  double* mass = add_column(columns, "mass", r.modes.size());
+  for (std::size_t i = 0; i < r.modes.size(); ++i) {
+    heading[i] = r.modes[i].heading_rad;
+    mass[i] = r.modes[i].mass;
+  }
+  return columns;
+}
+
+py::dict curve(const HeadingResult& r) {
+  py::dict columns;
+  double* heading = add_column(columns, "heading_rad", r.curve.size());
+  double* std = add_column(columns, "heading_std_rad", r.curve.size());
+  double* cost = add_column(columns, "cost", r.curve.size());
+  for (std::size_t i = 0; i < r.curve.size(); ++i) {
+    heading[i] = r.curve[i].heading_rad;
+    std[i] = r.curve[i].heading_std_rad;
+    cost[i] = r.curve[i].cost;
+  }
+  return columns;
+}
+
+void bind_candidates(py::module_& m) {
+  py::class_<HeadingCandidate>(m, "HeadingCandidate", "A filter to run: heading [rad], its standard deviation (0 = conditional), gate scale.")
+      .def(py::init([](double heading_rad, double heading_std_rad, double gate_scale) {
+             return HeadingCandidate{heading_rad, heading_std_rad, gate_scale};
+           }),
+           py::arg("heading_rad"), py::arg("heading_std_rad") = HeadingCandidate{}.heading_std_rad,
+           py::arg("gate_scale") = HeadingCandidate{}.gate_scale)
+      .def_readonly("heading_rad", &HeadingCandidate::heading_rad)
+      .def_readonly("heading_std_rad", &HeadingCandidate::heading_std_rad)
+      .def_readonly("gate_scale", &HeadingCandidate::gate_scale);
+
+  py::class_<CandidateScore>(m, "CandidateScore", "What a candidate filter scored; cost is infinite when it failed.")
+      .def_readonly("cost", &CandidateScore::cost)
+      .def_readonly("p_rms_m", &CandidateScore::p_rms_m)
+      .def_readonly("nis_90", &CandidateScore::nis_90)
+      .def_readonly("fixes", &CandidateScore::fixes);
+}
+
+}  // namespace
+
+void bind_align(py::module_& m) {
+  bind_candidates(m);
+
+  py::class_<HeadingSearchOptions>(m, "HeadingSearchOptions", "Settings of a HeadingSearch; see heading_search_options.")
+      .def_readonly("guess_rad", &HeadingSearchOptions::guess_rad)
+      .def_readonly("guess_std_rad", &HeadingSearchOptions::guess_std_rad)
+      .def_readonly("grid_step_rad", &HeadingSearchOptions::grid_step_rad)
+      .def_readonly("grid_std_rad", &HeadingSearchOptions::grid_std_rad)
+      .def_readonly("triple_step_rad", &HeadingSearchOptions::triple_step_rad)
+      .def_readonly("tolerance_rad", &HeadingSearchOptions::tolerance_rad)
+      .def_readonly("max_evaluations", &HeadingSearchOptions::max_evaluations)
+      .def_readonly("max_sigma_rad", &HeadingSearchOptions::max_sigma_rad);
+  m.def("heading_search_options", &heading_search_options, py::arg("config"), "The options that the keys of [align] stand for.");
+
+  py::class_<HeadingResult>(m, "HeadingResult", "The heading, its sigma (None when the data say nothing), verdict and curve.")
+      .def_readonly("heading_rad", &HeadingResult::heading_rad, "[0, 2 pi), clockwise from true north.")
+      .def_readonly("sigma_rad", &HeadingResult::sigma_rad)
+      .def_readonly("settled", &HeadingResult::settled)
+      .def_readonly("verdict", &HeadingResult::verdict, "aligned, weak, ambiguous or unobservable.")
+      .def_readonly("advice", &HeadingResult::advice)
+      .def_readonly("evaluations", &HeadingResult::evaluations)
+      .def_readonly("gate_scale", &HeadingResult::gate_scale)
+      .def_readonly("nis_90", &HeadingResult::nis_90)
+      .def("modes", &modes, "heading_rad, mass: arrays (n,), the heaviest first.")
+      .def("curve", &curve, "heading_rad, heading_std_rad, cost: arrays (n,), in order of evaluation.");
+
+  py::class_<HeadingSearch>(m, "HeadingSearch", "Heading alignment as ask/tell: which candidates to run next, and what their scores say.")
+      .def(py::init<const HeadingSearchOptions&>(), py::arg("options"))
+      .def("ask", &HeadingSearch::ask, "Candidates to evaluate next; empty when done.")
+      .def("tell", &HeadingSearch::tell, py::arg("scores"), "Their scores, in their order.")
+      .def("done", &HeadingSearch::done)
+      .def("result", &HeadingSearch::result, "Raises Error before done().");
+}
+
+}  // namespace liealign::bindings

@@ -1,0 +1,143 @@
+// Floor 6: filter and smoother over a prepared flight, their output as numpy columns and as files.
+// SPDX-License-Identifier: Apache-2.0
+#include <limits>
+#include <optional>
+
+#include "floors.hpp"
+#include "liealign/core/units.hpp"
+#include "liealign/pipeline/process.hpp"
+#include "liealign/pipeline/results.hpp"
+
+namespace liealign::bindings {
+namespace {
+
+// One pass over the epochs. The keys are the fields of liealign.Trajectory.
+py::dict trajectory_columns(const std::vector<Epoch>& epochs) {
+  const std::size_t n = epochs.size();
+  py::dict d;
+  double *t = add_column(d, "time_s", n), *lat = add_column(d, "lat_deg", n), *lon = add_column(d, "lon_deg", n),
+         *height = add_column(d, "height_m", n), *v = add_column(d, "v_n_mps", n, {3}), *rpy = add_column(d, "rpy_deg", n, {3}),
+         *std_p = add_column(d, "std_p_n_m", n, {3}), *std_v = add_column(d, "std_v_n_mps", n, {3}),
+         *std_rpy = add_column(d, "std_rpy_deg", n, {3}), *ba = add_column(d, "b_a_mps2", n, {3}),
+         *bg = add_column(d, "b_g_rps", n, {3}), *std_ba = add_column(d, "std_b_a_mps2", n, {3}),
+         *std_bg = add_column(d, "std_b_g_rps", n, {3}), *p_e = add_column(d, "p_eb_e_m", n, {3}),
+         *v_e = add_column(d, "v_eb_e_mps", n, {3}), *C = add_column(d, "C_b_e", n, {3, 3});
+  py::gil_scoped_release release;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Epoch& e = epochs[i];
+    const NavRow row = nav_row(e);
+    const std::size_t at = 3 * i;
+    t[i] = row.t_s;
+    lat[i] = row.lat_rad * kRadToDeg;
+    lon[i] = row.lon_rad * kRadToDeg;
+    height[i] = row.height_m;
+    put3(v + at, row.v_n_mps);
+    put3(rpy + at, row.rpy_rad, kRadToDeg);
+    put3(std_p + at, row.std_p_n_m);
+    put3(std_v + at, row.std_v_n_mps);
+    put3(std_rpy + at, row.std_rpy_rad, kRadToDeg);
+    put3(ba + at, b_a(e.X));
+    put3(bg + at, b_g(e.X));
+    put3(std_ba + at, e.variance_b_a.cwiseMax(0.0).cwiseSqrt());
+    put3(std_bg + at, e.variance_b_g.cwiseMax(0.0).cwiseSqrt());
+    put3(p_e + at, e.X.first.p);
+    put3(v_e + at, e.X.first.v);
+    for (int r = 0; r < 3; ++r) put3(C + 9 * i + 3 * static_cast<std::size_t>(r), e.X.first.C.row(r));
+  }
+  return d;
+}
+
+const char* word(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::used: return "used";
+    case Verdict::weighted: return "weighted";
+    case Verdict::rejected: return "rejected";
+    case Verdict::reacquired: return "reacquired";
+  }
+  return "";
+}
+
+// The words of the column `verdict` of innovations.csv.
+const char* word(const FixRecord& fix) {
+  switch (fix.use) {
+    case RecordUse::averaged_at_rest: return "averaged_at_rest";
+    case RecordUse::quality_not_accepted: return "quality_not_accepted";
+    case RecordUse::outside_imu: return "outside_imu";
+    case RecordUse::update: break;
+  }
+  return fix.position ? word(fix.position->verdict) : "outside_imu";
+}
+
+struct UpdateColumns {
+  double *residual, *std, *nis, *weight;
+
+  void put(std::size_t i, const std::optional<FixUpdate>& update) const {
+    constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
+    put3(residual + 3 * i, update ? update->residual_n : Vector3d::Constant(kAbsent));
+    put3(std + 3 * i, update ? update->std_n : Vector3d::Constant(kAbsent));
+    nis[i] = update ? update->nis : kAbsent;
+    weight[i] = update ? update->weight : kAbsent;
+  }
+};
+
+py::dict innovation_columns(const Solution& solution) {
+  const std::size_t n = solution.fixes.size();
+  py::dict d;
+  double* t = add_column(d, "time_s", n);
+  const UpdateColumns p = {add_column(d, "res_p_n_m", n, {3}), add_column(d, "std_p_n_m", n, {3}), add_column(d, "nis", n),
+                           add_column(d, "weight", n)};
+  const UpdateColumns v = {add_column(d, "res_v_n_mps", n, {3}), add_column(d, "std_v_n_mps", n, {3}),
+                           add_column(d, "nis_velocity", n), add_column(d, "weight_velocity", n)};
+  py::list verdict;
+  for (std::size_t i = 0; i < n; ++i) {
+    t[i] = solution.fixes[i].t_s;
+    p.put(i, solution.fixes[i].position);
+    v.put(i, solution.fixes[i].velocity);
+    verdict.append(word(solution.fixes[i]));
+  }
+  d["verdict"] = py::module_::import("numpy").attr("array")(verdict, py::str("str"));
+  return d;
+}
+
+Solution run(const PreparedFlight& flight, const HeadingResult& heading, const py::object& progress) {
+  const Progress callback = progress_from(progress);
+  py::gil_scoped_release release;
+  return process(flight, heading, callback);
+}
+
+void write(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution,
+           const Config* config) {
+  py::gil_scoped_release release;
+  if (config == nullptr) {
+    write_results(folder, flight, heading, solution);
+    return;
+  }
+  PreparedFlight renamed = flight;
+  renamed.config = *config;
+  write_results(folder, renamed, heading, solution);
+}
+
+}  // namespace
+
+void bind_pipeline(py::module_& m) {
+  py::class_<Solution>(m, "Solution", "Smoothed (and, on request, filtered) trajectory, and what became of each fix.")
+      .def("smoothed", [](const Solution& s) { return trajectory_columns(s.smoothed); },
+           "Arrays by name: (n,), vectors (n, 3), C_b_e (n, 3, 3), at the IMU stamps.")
+      .def("filtered", [](const Solution& s) { return trajectory_columns(s.filtered); },
+           "The same from the forward pass alone; of length 0 unless output.filtered.")
+      .def("innovations", &innovation_columns, "Arrays by name, one row per GNSS record; NaN where it was no update.")
+      .def_property_readonly("p_rms_m", [](const Solution& s) { return s.score.p_rms(); })
+      .def_property_readonly("epochs", [](const Solution& s) { return s.smoothed.size(); });
+
+  m.def("process", &run, py::arg("flight"), py::arg("heading"), py::arg("progress") = py::none(),
+        "Filter and smoother. progress(done, total) is called now and then; returning False raises Cancelled.\n\n"
+        "Raises NumericalError.");
+  m.def("alignment_json", &alignment_json, py::arg("flight"), py::arg("heading"), "The text of alignment.json.");
+  m.def("summary_json", &summary_json, py::arg("flight"), py::arg("heading"), py::arg("solution"), "The text of summary.json.");
+  m.def("write_results", &write, py::arg("folder"), py::arg("flight"), py::arg("heading"), py::arg("solution"),
+        py::arg("config") = py::none(),
+        "Writes the result files into the folder, which is made if need be; `config` replaces the one in config.toml.\n\n"
+        "Raises InputError when a file cannot be written.");
+}
+
+}  // namespace liealign::bindings

@@ -1,0 +1,210 @@
+// The result files.
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/pipeline/results.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "liealign/core/error.hpp"
+#include "liealign/core/units.hpp"
+#include "liealign/io/csv.hpp"
+#include "liealign/io/json.hpp"
+#include "liealign/io/text_file.hpp"
+
+namespace liealign {
+namespace {
+
+constexpr double kInterval95 = 1.959963984540054;  // sigma of the 95 % interval
+
+Json degrees(const std::optional<double>& rad) { return rad ? Json(*rad * kRadToDeg) : Json(); }
+
+void put3(double* cells, const Vector3d& v, double factor = 1.0) {
+  for (int i = 0; i < 3; ++i) cells[i] = factor * v[i];
+}
+
+void write_trajectory(const std::string& path, const std::vector<Epoch>& epochs) {
+  const std::vector<CsvColumn> columns = {
+      {"time_s", 6},          {"lat_deg", 11},       {"lon_deg", 11},       {"height_m", 5},       {"vn_mps", 6},
+      {"ve_mps", 6},          {"vd_mps", 6},         {"roll_deg", 6},       {"pitch_deg", 6},      {"heading_deg", 6},
+      {"std_n_m", 5},         {"std_e_m", 5},        {"std_d_m", 5},        {"std_vn_mps", 6},     {"std_ve_mps", 6},
+      {"std_vd_mps", 6},      {"std_roll_deg", 6},   {"std_pitch_deg", 6},  {"std_heading_deg", 6}};
+  write_csv(path, columns, epochs.size(), [&](std::size_t i, double* c) {
+    const NavRow row = nav_row(epochs[i]);
+    c[0] = row.t_s;
+    c[1] = row.lat_rad * kRadToDeg;
+    c[2] = row.lon_rad * kRadToDeg;
+    c[3] = row.height_m;
+    put3(c + 4, row.v_n_mps);
+    put3(c + 7, row.rpy_rad, kRadToDeg);
+    put3(c + 10, row.std_p_n_m);
+    put3(c + 13, row.std_v_n_mps);
+    put3(c + 16, row.std_rpy_rad, kRadToDeg);
+  });
+}
+
+void write_biases(const std::string& path, const std::vector<Epoch>& epochs) {
+  std::vector<CsvColumn> columns = {{"time_s", 6}};
+  for (const char* prefix : {"", "std_"}) {
+    for (const char* axis : {"x", "y", "z"}) columns.push_back({std::string(prefix) + "accel_bias_" + axis + "_mps2", 8});
+    for (const char* axis : {"x", "y", "z"}) columns.push_back({std::string(prefix) + "gyro_bias_" + axis + "_rps", 10});
+  }
+  write_csv(path, columns, epochs.size(), [&](std::size_t i, double* c) {
+    c[0] = epochs[i].t_s;
+    put3(c + 1, b_a(epochs[i].X));
+    put3(c + 4, b_g(epochs[i].X));
+    put3(c + 7, epochs[i].variance_b_a.cwiseMax(0.0).cwiseSqrt());
+    put3(c + 10, epochs[i].variance_b_g.cwiseMax(0.0).cwiseSqrt());
+  });
+}
+
+std::string verdict_word(const FixRecord& fix) {
+  switch (fix.use) {
+    case RecordUse::averaged_at_rest: return "averaged_at_rest";
+    case RecordUse::quality_not_accepted: return "quality_not_accepted";
+    case RecordUse::outside_imu: return "outside_imu";
+    case RecordUse::update: break;
+  }
+  if (!fix.position) return "outside_imu";
+  switch (fix.position->verdict) {
+    case Verdict::used: return "used";
+    case Verdict::weighted: return "weighted";
+    case Verdict::rejected: return "rejected";
+    case Verdict::reacquired: return "reacquired";
+  }
+  return "";
+}
+
+void put_update(double* cells, const std::optional<FixUpdate>& update) {
+  if (!update) return;
+  put3(cells, update->residual_n);
+  put3(cells + 3, update->std_n);
+  cells[6] = update->nis;
+  cells[7] = update->weight;
+}
+
+void write_innovations(const std::string& path, const std::vector<FixRecord>& fixes) {
+  const std::vector<CsvColumn> columns = {
+      {"time_s", 6},      {"res_n_m", 5},     {"res_e_m", 5},    {"res_d_m", 5},    {"std_n_m", 5},      {"std_e_m", 5},
+      {"std_d_m", 5},     {"nis", 4},         {"weight", 6},     {"res_vn_mps", 5}, {"res_ve_mps", 5},   {"res_vd_mps", 5},
+      {"std_vn_mps", 5},  {"std_ve_mps", 5},  {"std_vd_mps", 5}, {"nis_velocity", 4}, {"weight_velocity", 6}};
+  const auto fill = [&](std::size_t i, double* c) {
+    c[0] = fixes[i].t_s;
+    put_update(c + 1, fixes[i].position);
+    put_update(c + 9, fixes[i].velocity);
+  };
+  write_csv(path, columns, fixes.size(), fill, {"verdict", [&](std::size_t i) { return verdict_word(fixes[i]); }});
+}
+
+std::size_t count(const std::vector<FixRecord>& fixes, const std::string& word) {
+  return static_cast<std::size_t>(std::count_if(fixes.begin(), fixes.end(), [&](const FixRecord& f) { return verdict_word(f) == word; }));
+}
+
+// Median over the epochs of one output sigma.
+double median(const std::vector<Epoch>& epochs, double (*value)(const NavRow&)) {
+  std::vector<double> all;
+  const std::size_t stride = 1 + epochs.size() / 2000;  // a median needs no more
+  for (std::size_t i = 0; i < epochs.size(); i += stride) all.push_back(value(nav_row(epochs[i])));
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
+}
+
+void put_scales(Json& json, const PreparedFlight& flight) {
+  json["gnss_latency_s"] = flight.latency_s;
+  json["gnss_latency_std_s"] = nullptr;
+  json["imu_noise_scale"] = flight.imu_noise_scale;
+  json["imu_noise_scale_std"] = nullptr;
+  json["gnss_std_scale"] = flight.gnss_std_scale;
+  json["gnss_std_scale_std"] = nullptr;
+}
+
+}  // namespace
+
+std::string alignment_json(const PreparedFlight& flight, const HeadingResult& heading) {
+  Json json;
+  json["heading_deg"] = heading.heading_rad * kRadToDeg;
+  json["heading_std_deg"] = degrees(heading.sigma_rad);
+  json["heading_95_deg"] = nullptr;
+  if (heading.sigma_rad) {
+    const double half = kInterval95 * *heading.sigma_rad;
+    json["heading_95_deg"] = JsonArray{wrap_2pi(heading.heading_rad - half) * kRadToDeg, wrap_2pi(heading.heading_rad + half) * kRadToDeg};
+  }
+  json["verdict"] = heading.verdict;
+  json["advice"] = heading.advice;
+  json["start_time_s"] = flight.problem.t_start_s;
+  json["end_time_s"] = flight.problem.t_end_s;
+  json["start"] = flight.start;
+  json["settled"] = heading.settled;
+  json["evaluations"] = heading.evaluations;
+  put_scales(json, flight);
+  json["nis_90"] = heading.nis_90;
+  json["gate_scale"] = heading.gate_scale;
+  JsonArray modes;
+  for (const HeadingMode& m : heading.modes) modes.push_back(JsonObject{{"heading_deg", m.heading_rad * kRadToDeg}, {"mass", m.mass}});
+  json["modes"] = modes;
+  JsonArray curve;
+  for (const CurvePoint& p : heading.curve) {
+    curve.push_back(JsonObject{{"heading_deg", p.heading_rad * kRadToDeg}, {"heading_std_deg", p.heading_std_rad * kRadToDeg}, {"cost", p.cost}});
+  }
+  json["curve"] = curve;
+  json["warnings"] = flight.warnings;
+  return dump_json(json) + "\n";
+}
+
+std::string summary_json(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution) {
+  Json json;
+  json["version"] = LIEALIGN_VERSION;
+  json["verdict"] = heading.verdict;
+  json["heading_deg"] = heading.heading_rad * kRadToDeg;
+  json["heading_std_deg"] = degrees(heading.sigma_rad);
+  json["alignment_time_s"] = flight.problem.t_start_s;
+  json["begin_time_s"] = solution.smoothed.front().t_s;
+  json["end_time_s"] = solution.smoothed.back().t_s;
+  json["duration_s"] = solution.smoothed.back().t_s - solution.smoothed.front().t_s;
+  json["epochs"] = solution.smoothed.size();
+  json["imu_rate_hz"] = flight.imu_rate_hz;
+  json["imu_gaps"] = flight.gaps.size();
+  double gap_s = 0.0;
+  for (const ImuGap& gap : flight.gaps) gap_s += gap.end_s - gap.begin_s;
+  json["imu_gaps_s"] = gap_s;
+  json["rests"] = flight.rests.size();
+  json["fixes"] = solution.fixes.size();
+  for (const char* word : {"used", "weighted", "rejected", "reacquired", "averaged_at_rest", "quality_not_accepted", "outside_imu"}) {
+    json[std::string("fixes_") + word] = count(solution.fixes, word);
+  }
+  json["p_rms_m"] = solution.score.p_rms();
+  json["nis_90"] = solution.score.nis_90();
+  json["log_likelihood"] = -solution.score.negative_log_likelihood;
+  json["heading_std_initial_deg"] = solution.heading_std_initial_rad * kRadToDeg;
+  put_scales(json, flight);
+  const std::vector<Epoch>& smoothed = solution.smoothed;
+  json["median_std_horizontal_m"] = median(smoothed, [](const NavRow& r) { return std::hypot(r.std_p_n_m[0], r.std_p_n_m[1]); });
+  json["median_std_down_m"] = median(smoothed, [](const NavRow& r) { return r.std_p_n_m[2]; });
+  json["median_std_roll_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[0] * kRadToDeg; });
+  json["median_std_pitch_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[1] * kRadToDeg; });
+  json["median_std_heading_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[2] * kRadToDeg; });
+  json["warnings"] = flight.warnings;
+  return dump_json(json) + "\n";
+}
+
+void write_results(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading,
+                   const Solution& solution) {
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure) throw InputError(folder + ": the folder cannot be made: " + failure.message());
+  const auto in = [&](const char* name) { return (std::filesystem::path(folder) / name).string(); };
+  // Texts first: whatever can fail in them fails before a file is written.
+  const std::string summary = summary_json(flight, heading, solution), alignment = alignment_json(flight, heading);
+  const std::string config = dump_config(flight.config);
+  write_trajectory(in("trajectory.csv"), solution.smoothed);
+  if (!solution.filtered.empty()) write_trajectory(in("filtered.csv"), solution.filtered);
+  write_biases(in("biases.csv"), solution.smoothed);
+  write_innovations(in("innovations.csv"), solution.fixes);
+  write_text_file(in("alignment.json"), alignment);
+  write_text_file(in("summary.json"), summary);
+  write_text_file(in("config.toml"), config);
+}
+
+}  // namespace liealign

@@ -1,0 +1,112 @@
+// A simulated flight as data and as files.
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/pipeline/simulated_flight.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+#include "liealign/core/error.hpp"
+#include "liealign/core/units.hpp"
+#include "liealign/earth/geodesy.hpp"
+#include "liealign/estimate/solution.hpp"
+#include "liealign/io/csv.hpp"
+#include "liealign/io/text_file.hpp"
+#include "liealign/ins/profiles.hpp"
+#include "liealign/pipeline/settings.hpp"
+
+namespace liealign {
+namespace {
+
+// TAES table I: beta_g, beta_a.
+constexpr double kGyroTurnOn_deg_h = 10.0, kAccelTurnOn_ug = 500.0;
+
+ImuErrors table_1_errors(const Config& config, Random& random) {
+  const ImuProfile& p = imu_profile(config.imu.model);
+  ImuErrors e;
+  e.noise = imu_noise(config);
+  e.ornstein_uhlenbeck = true;
+  e.gyro_bias_sigma = config.imu.gyro_bias_instability_deg_h.value_or(p.gyro_bias_instability_deg_h) * kDegPerHourToRadPerSecond;
+  e.accel_bias_sigma = config.imu.accel_bias_instability_ug.value_or(p.accel_bias_instability_ug) * kMicroGToMps2;
+  e.bias_correlation_time_s = config.imu.bias_correlation_time_s;
+  const auto sign = [&] { return random.uniform() < 0.5 ? -1.0 : 1.0; };
+  for (int i = 0; i < 3; ++i) e.b_g_turn_on[i] = sign() * kGyroTurnOn_deg_h * kDegPerHourToRadPerSecond;
+  for (int i = 0; i < 3; ++i) e.b_a_turn_on[i] = sign() * kAccelTurnOn_ug * kMicroGToMps2;
+  return e;
+}
+
+void write_imu(const std::string& path, const ImuSeries& imu) {
+  write_csv(path, {{"time_s", 6}, {"gyro_x_rps", 12}, {"gyro_y_rps", 12}, {"gyro_z_rps", 12}, {"accel_x_mps2", 10}, {"accel_y_mps2", 10}, {"accel_z_mps2", 10}},
+            imu.size(), [&](std::size_t k, double* c) {
+              c[0] = imu[k].t_s;
+              for (int i = 0; i < 3; ++i) {
+                c[1 + i] = imu[k].omega_ib_b[i];
+                c[4 + i] = imu[k].f_ib_b[i];
+              }
+            });
+}
+
+void write_gnss(const std::string& path, const std::vector<GnssRecord>& gnss) {
+  std::vector<CsvColumn> columns = {{"time_s", 6}, {"lat_deg", 11}, {"lon_deg", 11}, {"height_m", 5}, {"std_n_m", 4}, {"std_e_m", 4}, {"std_d_m", 4}, {"fix", 0}};
+  if (!gnss.empty() && gnss.front().has_velocity) {
+    for (const char* name : {"vn_mps", "ve_mps", "vd_mps", "std_vn_mps", "std_ve_mps", "std_vd_mps"}) columns.push_back({name, 5});
+  }
+  write_csv(path, columns, gnss.size(), [&](std::size_t k, double* c) {
+    const GnssRecord& r = gnss[k];
+    c[0] = r.t_s;
+    c[1] = r.lat_rad * kRadToDeg;
+    c[2] = r.lon_rad * kRadToDeg;
+    c[3] = r.height_m;
+    for (int i = 0; i < 3; ++i) c[4 + i] = std::sqrt(r.P_n_m2(i, i));
+    c[7] = r.fix;
+    if (columns.size() == 8) return;
+    for (int i = 0; i < 3; ++i) {
+      c[8 + i] = r.v_n_mps[i];
+      c[11 + i] = r.std_v_n_mps[i];
+    }
+  });
+}
+
+void write_truth(const std::string& path, const Truth& truth) {
+  write_csv(path, {{"time_s", 6}, {"lat_deg", 11}, {"lon_deg", 11}, {"height_m", 5}, {"vn_mps", 6}, {"ve_mps", 6}, {"vd_mps", 6}, {"roll_deg", 6}, {"pitch_deg", 6}, {"heading_deg", 6}},
+            truth.epochs.size(), [&](std::size_t k, double* c) {
+              Epoch epoch{truth.epochs[k].t_s, {truth.epochs[k].X, {}}, Matrix3d::Zero(), Matrix3d::Zero(), Matrix3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+              const NavRow row = nav_row(epoch);
+              c[0] = row.t_s;
+              c[1] = row.lat_rad * kRadToDeg;
+              c[2] = row.lon_rad * kRadToDeg;
+              c[3] = row.height_m;
+              for (int i = 0; i < 3; ++i) {
+                c[4 + i] = row.v_n_mps[i];
+                c[7 + i] = row.rpy_rad[i] * kRadToDeg;
+              }
+            });
+}
+
+}  // namespace
+
+SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config, std::uint64_t seed) {
+  SimulatedFlight out;
+  out.truth = drone_truth(drone, Mechanization::exact, GravityModel::normal);
+  Random random(seed, 7);
+  out.flight.imu = add_imu_errors(out.truth.imu, table_1_errors(config, random), seed).log;
+  out.flight.gnss = simulate_gnss(out.truth, gnss, seed);
+  out.flight.config = config;
+  out.flight.config.gnss.lever_arm_b_m = {gnss.l_ba_b.x(), gnss.l_ba_b.y(), gnss.l_ba_b.z()};
+  return out;
+}
+
+void write_flight(const std::string& folder, const SimulatedFlight& simulated) {
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure) throw InputError(folder + ": the folder cannot be made: " + failure.message());
+  const auto in = [&](const char* name) { return (std::filesystem::path(folder) / name).string(); };
+  Config config = simulated.flight.config;
+  config.imu.file = "imu.csv";
+  config.gnss.file = "gnss.csv";
+  write_imu(in("imu.csv"), simulated.flight.imu);
+  write_gnss(in("gnss.csv"), simulated.flight.gnss);
+  write_truth(in("truth.csv"), simulated.truth);
+  write_text_file(in("FLIGHT.toml"), dump_config(config));
+}
+
+}  // namespace liealign

@@ -1,0 +1,101 @@
+"""Heading alignment and smoothed GNSS/INS trajectories for drones with one antenna, on SE_2(3).
+
+    import liealign
+
+    flight = liealign.read_flight("FLIGHT.toml")
+    alignment = liealign.align_heading(flight)
+    solution = liealign.process(flight, alignment)
+
+Conventions
+-----------
+- Frames: `b` body = IMU, forward-right-down; `n` local north-east-down; `e` ECEF (WGS 84); `i` inertial.
+- `C_b_e` takes components in b to components in e; `p_eb_e` is the position of b against e, in e components.
+- Arrays have one row per epoch: (n,), vectors (n, 3), matrices (n, 3, 3). Their names end in their unit.
+- Heading is clockwise from true north, [0, 360); roll and pitch take the body to NED, in the order ZYX.
+- Times are seconds on one continuous scale; t_true = time_s - latency_s.
+- Heights are above the ellipsoid. Standard deviations are one sigma.
+- Errors are `liealign.Error`, a ValueError: `InputError`, `ConfigError`, `NumericalError`, `Cancelled`.
+  Warnings are data: `Solution.warnings`. Nothing is printed.
+"""
+
+from __future__ import annotations
+
+from liealign._core import (
+    Cancelled,
+    CandidateScore,
+    Config,
+    ConfigError,
+    ConfigField,
+    DroneFlight,
+    Error,
+    Flight,
+    GnssErrors,
+    HeadingCandidate,
+    HeadingResult,
+    HeadingSearch,
+    HeadingSearchOptions,
+    InputError,
+    NumericalError,
+    PreparedFlight,
+    SimulatedFlight,
+    __version__,
+    config_entries,
+    config_fields,
+    dump_config,
+    ecef_from_geodetic,
+    evaluate_candidates,
+    geodetic_from_ecef,
+    has_ceres,
+    has_openmp,
+    heading_search_options,
+    prepare_flight,
+    simulate_flight,
+    write_flight,
+)
+from liealign.drivers import align_heading, process, write_results
+from liealign.flight import flight_from_arrays, make_config, read_config, read_flight
+from liealign.solution import Alignment, Innovations, Solution, Trajectory
+
+__all__ = [
+    "Alignment",
+    "Cancelled",
+    "CandidateScore",
+    "Config",
+    "ConfigError",
+    "ConfigField",
+    "DroneFlight",
+    "Error",
+    "Flight",
+    "GnssErrors",
+    "HeadingCandidate",
+    "HeadingResult",
+    "HeadingSearch",
+    "HeadingSearchOptions",
+    "Innovations",
+    "InputError",
+    "NumericalError",
+    "PreparedFlight",
+    "SimulatedFlight",
+    "Solution",
+    "Trajectory",
+    "__version__",
+    "align_heading",
+    "config_entries",
+    "config_fields",
+    "dump_config",
+    "ecef_from_geodetic",
+    "evaluate_candidates",
+    "flight_from_arrays",
+    "geodetic_from_ecef",
+    "has_ceres",
+    "has_openmp",
+    "heading_search_options",
+    "make_config",
+    "prepare_flight",
+    "process",
+    "read_config",
+    "read_flight",
+    "simulate_flight",
+    "write_flight",
+    "write_results",
+]

@@ -1,0 +1,330 @@
+"""The engine. Angles in rad and SI units unless a name ends in another unit."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypedDict
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+ProgressCallback = Callable[[int, int], bool | None]
+# key, value, line, column; line 0: unknown
+Entry = tuple[str, Any, int, int]
+
+__version__: str
+has_openmp: bool
+has_ceres: bool
+
+class Error(ValueError): ...
+class InputError(Error): ...
+class ConfigError(Error): ...
+class NumericalError(Error): ...
+class Cancelled(Error): ...
+
+def geodetic_from_ecef(p_e_m: ArrayLike) -> tuple[Array, Array, Array]: ...
+def ecef_from_geodetic(lat_deg: ArrayLike, lon_deg: ArrayLike, height_m: ArrayLike) -> Array: ...
+
+class Config:
+    def __init__(self) -> None: ...
+
+class ConfigField:
+    @property
+    def key(self) -> str: ...
+    @property
+    def type(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def meaning(self) -> str: ...
+    @property
+    def default_value(self) -> str: ...
+
+def config_fields() -> list[ConfigField]: ...
+def apply_config(base: Config, entries: Sequence[Entry], source: str) -> Config: ...
+def dump_config(config: Config) -> str: ...
+def config_entries(config: Config) -> dict[str, Any]: ...
+
+class HeadingCandidate:
+    def __init__(self, heading_rad: float, heading_std_rad: float = ..., gate_scale: float = ...) -> None: ...
+    @property
+    def heading_rad(self) -> float: ...
+    @property
+    def heading_std_rad(self) -> float: ...
+    @property
+    def gate_scale(self) -> float: ...
+
+class CandidateScore:
+    @property
+    def cost(self) -> float: ...
+    @property
+    def p_rms_m(self) -> float: ...
+    @property
+    def nis_90(self) -> float: ...
+    @property
+    def fixes(self) -> int: ...
+
+class HeadingSearchOptions:
+    @property
+    def guess_rad(self) -> float | None: ...
+    @property
+    def guess_std_rad(self) -> float: ...
+    @property
+    def grid_step_rad(self) -> float: ...
+    @property
+    def grid_std_rad(self) -> float: ...
+    @property
+    def triple_step_rad(self) -> float: ...
+    @property
+    def tolerance_rad(self) -> float: ...
+    @property
+    def max_evaluations(self) -> int: ...
+    @property
+    def max_sigma_rad(self) -> float: ...
+
+def heading_search_options(config: Config) -> HeadingSearchOptions: ...
+
+class ModeColumns(TypedDict):
+    heading_rad: Array
+    mass: Array
+
+class CurveColumns(TypedDict):
+    heading_rad: Array
+    heading_std_rad: Array
+    cost: Array
+
+class HeadingResult:
+    @property
+    def heading_rad(self) -> float: ...
+    @property
+    def sigma_rad(self) -> float | None: ...
+    @property
+    def settled(self) -> bool: ...
+    @property
+    def verdict(self) -> str: ...
+    @property
+    def advice(self) -> str: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def gate_scale(self) -> float: ...
+    @property
+    def nis_90(self) -> float: ...
+    def modes(self) -> ModeColumns: ...
+    def curve(self) -> CurveColumns: ...
+
+class HeadingSearch:
+    def __init__(self, options: HeadingSearchOptions) -> None: ...
+    def ask(self) -> list[HeadingCandidate]: ...
+    def tell(self, scores: Sequence[CandidateScore]) -> None: ...
+    def done(self) -> bool: ...
+    def result(self) -> HeadingResult: ...
+
+class ImuColumns(TypedDict):
+    time_s: Array
+    omega_ib_b_rps: Array
+    f_ib_b_mps2: Array
+
+class GnssColumns(TypedDict):
+    time_s: Array
+    lat_deg: Array
+    lon_deg: Array
+    height_m: Array
+    P_n_m2: Array
+    v_n_mps: Array
+    std_v_n_mps: Array
+    fix: Array
+
+class Flight:
+    def __init__(
+        self,
+        *,
+        config: Config,
+        imu_time_s: ArrayLike,
+        omega_ib_b_rps: ArrayLike,
+        f_ib_b_mps2: ArrayLike,
+        gnss_time_s: ArrayLike,
+        lat_deg: ArrayLike,
+        lon_deg: ArrayLike,
+        height_m: ArrayLike,
+        std_p_n_m: ArrayLike,
+        cov_p_n_m2: ArrayLike | None = ...,
+        v_n_mps: ArrayLike | None = ...,
+        std_v_n_mps: ArrayLike | None = ...,
+        fix: ArrayLike | None = ...,
+    ) -> None: ...
+    @property
+    def config(self) -> Config: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    def imu(self) -> ImuColumns: ...
+    def gnss(self) -> GnssColumns: ...
+
+def read_flight(config: Config) -> Flight: ...
+
+class PreparedFlight:
+    @property
+    def config(self) -> Config: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def rests(self) -> Array: ...
+    @property
+    def gaps(self) -> Array: ...
+    @property
+    def t_begin_s(self) -> float: ...
+    @property
+    def t_start_s(self) -> float: ...
+    @property
+    def t_end_s(self) -> float: ...
+    @property
+    def imu_rate_hz(self) -> float: ...
+    @property
+    def latency_s(self) -> float: ...
+    @property
+    def imu_noise_scale(self) -> float: ...
+    @property
+    def gnss_std_scale(self) -> float: ...
+    @property
+    def start(self) -> str: ...
+
+def prepare_flight(flight: Flight) -> PreparedFlight: ...
+def evaluate_candidates(
+    flight: PreparedFlight, candidates: Sequence[HeadingCandidate]
+) -> list[CandidateScore]: ...
+
+class TrajectoryColumns(TypedDict):
+    time_s: Array
+    lat_deg: Array
+    lon_deg: Array
+    height_m: Array
+    v_n_mps: Array
+    rpy_deg: Array
+    std_p_n_m: Array
+    std_v_n_mps: Array
+    std_rpy_deg: Array
+    b_a_mps2: Array
+    b_g_rps: Array
+    std_b_a_mps2: Array
+    std_b_g_rps: Array
+    p_eb_e_m: Array
+    v_eb_e_mps: Array
+    C_b_e: Array
+
+class Solution:
+    def smoothed(self) -> TrajectoryColumns: ...
+    def filtered(self) -> TrajectoryColumns: ...
+    def innovations(self) -> dict[str, NDArray[Any]]: ...
+    @property
+    def p_rms_m(self) -> float: ...
+    @property
+    def epochs(self) -> int: ...
+
+def process(
+    flight: PreparedFlight, heading: HeadingResult, progress: ProgressCallback | None = ...
+) -> Solution: ...
+def alignment_json(flight: PreparedFlight, heading: HeadingResult) -> str: ...
+def summary_json(flight: PreparedFlight, heading: HeadingResult, solution: Solution) -> str: ...
+def write_results(
+    folder: str,
+    flight: PreparedFlight,
+    heading: HeadingResult,
+    solution: Solution,
+    config: Config | None = ...,
+) -> None: ...
+
+class DroneFlight:
+    lat_deg: float
+    lon_deg: float
+    height_m: float
+    rate_hz: float
+    oversample: int
+    start_time_s: float
+    duration_s: float
+    parked_before_s: float
+    parked_after_s: float
+    parked_roll_deg: float
+    parked_pitch_deg: float
+    heading_deg: float
+    speed_mps: float
+    climb_mps: float
+    descent_mps: float
+    altitude_m: float
+    line_bearing_deg: float
+    line_length_m: float
+    line_spacing_m: float
+    crab_deg: float
+    drag_per_s: float
+    gust_mps2: float
+    attitude_wobble_deg: float
+    max_tilt_deg: float
+    seed: int
+    def __init__(
+        self,
+        *,
+        lat_deg: float = ...,
+        lon_deg: float = ...,
+        height_m: float = ...,
+        rate_hz: float = ...,
+        oversample: int = ...,
+        start_time_s: float = ...,
+        duration_s: float = ...,
+        parked_before_s: float = ...,
+        parked_after_s: float = ...,
+        parked_roll_deg: float = ...,
+        parked_pitch_deg: float = ...,
+        heading_deg: float = ...,
+        speed_mps: float = ...,
+        climb_mps: float = ...,
+        descent_mps: float = ...,
+        altitude_m: float = ...,
+        line_bearing_deg: float = ...,
+        line_length_m: float = ...,
+        line_spacing_m: float = ...,
+        crab_deg: float = ...,
+        drag_per_s: float = ...,
+        gust_mps2: float = ...,
+        attitude_wobble_deg: float = ...,
+        max_tilt_deg: float = ...,
+        seed: int = ...,
+    ) -> None: ...
+
+class GnssErrors:
+    std_ned_m: ArrayLike
+    rate_hz: float
+    l_ba_b: ArrayLike
+    latency_s: float
+    velocity: bool
+    velocity_std_ned: ArrayLike
+    outlier_probability: float
+    outlier_m: float
+    def __init__(
+        self,
+        *,
+        std_ned_m: ArrayLike = ...,
+        rate_hz: float = ...,
+        l_ba_b: ArrayLike = ...,
+        latency_s: float = ...,
+        velocity: bool = ...,
+        velocity_std_ned: ArrayLike = ...,
+        outlier_probability: float = ...,
+        outlier_m: float = ...,
+    ) -> None: ...
+
+class TruthColumns(TypedDict):
+    time_s: Array
+    lat_deg: Array
+    lon_deg: Array
+    height_m: Array
+    v_n_mps: Array
+    rpy_deg: Array
+    p_eb_e_m: Array
+    v_eb_e_mps: Array
+    C_b_e: Array
+
+class SimulatedFlight:
+    @property
+    def flight(self) -> Flight: ...
+    def truth(self) -> TruthColumns: ...
+
+def simulate_flight(drone: DroneFlight, gnss: GnssErrors, config: Config, seed: int) -> SimulatedFlight: ...
+def write_flight(folder: str, simulated: SimulatedFlight) -> None: ...

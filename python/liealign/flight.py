@@ -1,0 +1,220 @@
+"""The door: a flight from FLIGHT.toml, from native files, or from arrays.
+
+Whatever is refused is refused here or in the engine's readers, with the place, the value and what is allowed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike, fspath, path
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from liealign import _core
+from liealign._core import Config, Flight, InputError
+from liealign.toml_entries import read_toml_entries
+
+if TYPE_CHECKING:
+    from liealign._core import Entry
+
+FILE_KEYS = ("imu.file", "gnss.file")
+
+
+def _plain(value: Any) -> Any:
+    """Numpy scalars and arrays, and paths, as the plain values that TOML has."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    return fspath(value) if isinstance(value, PathLike) else value
+
+
+def make_config(
+    overrides: Mapping[str, Any] | None = None, *, base: Config | None = None, source: str = ""
+) -> Config:
+    """Make a configuration from dotted keys, such as {"gnss.latency_s": 0.1}.
+
+    Parameters
+    ----------
+    overrides
+        Values by key; the keys, their units and defaults are listed by `config_fields()`.
+    base
+        The configuration to start from; without it the defaults.
+    source
+        What error messages name as the place, for instance a flag.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown key (naming the nearest one), a wrong type, a value out of range.
+    """
+    entries: list[Entry] = [(key, _plain(value), 0, 0) for key, value in (overrides or {}).items()]
+    return _core.apply_config(base or Config(), entries, source)
+
+
+def read_config(toml: str | PathLike[str]) -> Config:
+    """Read the configuration in a FLIGHT.toml. File names in it are relative to its folder.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read.
+    ConfigError
+        `FLIGHT.toml:line:column: ...` when it is not valid TOML or a key or value cannot be used.
+    """
+    file = Path(toml)
+    config = _core.apply_config(Config(), read_toml_entries(file), str(file))
+    values = _core.config_entries(config)
+    names = {key: str(file.parent / values[key]) for key in FILE_KEYS if values.get(key)}
+    return make_config(names, base=config)
+
+
+def config_relative_to(folder: str | PathLike[str], config: Config) -> Config:
+    """Return the same configuration, to be written into `folder`: file names are relative to it."""
+    values = _core.config_entries(config)
+    names = {}
+    for key in FILE_KEYS:
+        if values.get(key):
+            try:
+                names[key] = Path(path.relpath(path.realpath(values[key]), path.realpath(folder))).as_posix()
+            except ValueError:  # another drive
+                names[key] = path.realpath(values[key])
+    return make_config(names, base=config)
+
+
+def read_flight(
+    toml: str | PathLike[str] | None = None,
+    *,
+    imu: str | PathLike[str] | None = None,
+    gnss: str | PathLike[str] | None = None,
+    **overrides: Any,
+) -> Flight:
+    """Read a flight from the files that FLIGHT.toml or the arguments name.
+
+    Parameters
+    ----------
+    toml
+        A FLIGHT.toml; file names in it are relative to its folder.
+    imu, gnss
+        Native imu.csv and gnss.csv, instead of those that FLIGHT.toml names.
+    **overrides
+        Configuration keys, stronger than FLIGHT.toml, such as `**{"gnss.latency_s": -0.15}`.
+
+    Raises
+    ------
+    InputError
+        `file:line:column: ...` for the first thing in a file that cannot be used.
+    ConfigError
+        For a key or value that cannot be used, or when a file is not named.
+    """
+    config = read_config(toml) if toml is not None else Config()
+    files = {key: name for key, name in zip(FILE_KEYS, (imu, gnss), strict=True) if name is not None}
+    return _core.read_flight(make_config({**files, **overrides}, base=config))
+
+
+def flight_from_arrays(
+    *,
+    imu_time_s: ArrayLike,
+    omega_ib_b_rps: ArrayLike,
+    f_ib_b_mps2: ArrayLike,
+    gnss_time_s: ArrayLike,
+    lat_deg: ArrayLike,
+    lon_deg: ArrayLike,
+    height_m: ArrayLike,
+    std_p_n_m: ArrayLike,
+    cov_p_n_m2: ArrayLike | None = None,
+    v_n_mps: ArrayLike | None = None,
+    std_v_n_mps: ArrayLike | None = None,
+    fix: ArrayLike | None = None,
+    config: Config | Mapping[str, Any] | None = None,
+) -> Flight:
+    """Make a flight from numpy arrays: n IMU samples, m fixes.
+
+    Parameters
+    ----------
+    imu_time_s
+        (n,) s, increasing.
+    omega_ib_b_rps, f_ib_b_mps2
+        (n, 3) rotation rate [rad/s] and specific force [m/s²], in the sensor axes that `imu.axes` declares.
+    gnss_time_s
+        (m,) s, increasing, on the scale of the IMU; t_true = gnss_time_s - gnss.latency_s.
+    lat_deg, lon_deg, height_m
+        (m,) of the antenna; height above the ellipsoid.
+    std_p_n_m
+        (m, 3) standard deviation north, east, down [m].
+    cov_p_n_m2
+        (m, 3) covariance NE, ND, ED [m²]; without it zero.
+    v_n_mps, std_v_n_mps
+        (m, 3) velocity north, east, down [m/s] and its standard deviation.
+    fix
+        (m,) quality as RTKLIB's Q; see `gnss.accept_fix`.
+    config
+        A Config, or keys such as {"gnss.lever_arm_b_m": [0.1, -0.05, -0.3]}.
+
+    Raises
+    ------
+    InputError
+        `name[row, column] is value; expected ...` for the first value that cannot be used, or a wrong shape.
+    ConfigError
+        For a key or value of `config` that cannot be used.
+    """
+    optional = {"cov_p_n_m2": cov_p_n_m2, "v_n_mps": v_n_mps, "std_v_n_mps": std_v_n_mps, "fix": fix}
+    arrays: dict[str, NDArray[np.float64]] = {
+        name: _array(name, value)
+        for name, value in {
+            "imu_time_s": imu_time_s,
+            "omega_ib_b_rps": omega_ib_b_rps,
+            "f_ib_b_mps2": f_ib_b_mps2,
+            "gnss_time_s": gnss_time_s,
+            "lat_deg": lat_deg,
+            "lon_deg": lon_deg,
+            "height_m": height_m,
+            "std_p_n_m": std_p_n_m,
+            **{name: value for name, value in optional.items() if value is not None},
+        }.items()
+    }
+    lat, lon = arrays["lat_deg"], arrays["lon_deg"]
+    for name in ("imu_time_s", "gnss_time_s"):
+        later = np.diff(arrays[name], prepend=-np.inf) > 0
+        _check(name, arrays[name], later, "a time later than the one before")
+    _check("lat_deg", lat, np.abs(lat) <= 90, "a number from -90 to 90")
+    _check("lon_deg", lon, (lon >= -180) & (lon <= 360), "a number from -180 to 360")
+    for name in {"std_p_n_m", "std_v_n_mps"} & arrays.keys():
+        _check(name, arrays[name], arrays[name] > 0, "a number above 0")
+    if std_v_n_mps is not None and v_n_mps is None:
+        raise InputError("std_v_n_mps is given without v_n_mps; expected both or neither")
+    made = config if isinstance(config, Config) else make_config(config)
+    flight = Flight(config=made, **arrays)
+    _check_covariance(flight)
+    return flight
+
+
+def _array(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is not an array of numbers; expected float64, (n,) or (n, 3)") from None
+    if array.ndim not in (1, 2) or array.shape[0] == 0:
+        raise InputError(f"{name} has shape {array.shape}; expected (n,) or (n, 3) with at least one row")
+    _check(name, array, np.isfinite(array), "a finite number")
+    return array
+
+
+def _check(name: str, array: NDArray[np.float64], good: NDArray[np.bool_], expected: str) -> None:
+    if bool(good.all()):
+        return
+    at = tuple(int(i) for i in np.argwhere(~good)[0])
+    raise InputError(f"{name}[{', '.join(map(str, at))}] is {array[at]}; expected {expected}")
+
+
+def _check_covariance(flight: Flight) -> None:
+    covariance = flight.gnss()["P_n_m2"]
+    smallest = np.linalg.eigvalsh(covariance)[:, 0]
+    if bool((smallest > 0).all()):
+        return
+    row = int(np.argmin(smallest > 0))
+    raise InputError(
+        f"cov_p_n_m2[{row}] does not fit std_p_n_m[{row}]: the covariance is not positive definite; "
+        "expected NE, ND, ED in m²"
+    )
