@@ -356,7 +356,7 @@ TEST(Score, p_rms_is_the_root_of_the_mean_square) {
   i.nis = 1;
   for (double x : {3.0, 4.0}) {
     i.z = Vector3d(x, 0, 0);
-    score.add(Gate{}, UpdateKind::position, i);
+    score.add(FilterOptions{}, UpdateKind::position, i);
   }
   EXPECT_DOUBLE_EQ(score.p_rms(), std::sqrt(12.5));
   EXPECT_DOUBLE_EQ(score.negative_log_likelihood, 1.0);

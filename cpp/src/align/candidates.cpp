@@ -12,26 +12,29 @@ namespace {
 using Model = LieModel<double>;
 
 struct ScoringVisitor : SilentVisitor<Model> {
-  Gate gate;
+  FilterOptions options;
   Score<double> score;
 
-  void updated(const Event&, UpdateKind kind, const Innovation<double>& innovation) { score.add(gate, kind, innovation); }
+  void updated(const Event&, UpdateKind kind, const Innovation<double>& innovation) { score.add(options, kind, innovation); }
 };
 
 CandidateScore evaluate(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
   const FlightData& data = problem.data;
+  const FilterOptions scoring = with_gates(problem.filter, candidate.gate_scales);
+  FilterOptions filter = candidate.gated ? scoring : ungated(scoring);
+  filter.reacquire_after = 0;  // every candidate scores the same fixes
   Belief<Model> belief = belief_at_rest(problem.rest, candidate.heading_rad, candidate.heading_std_rad, problem.initial,
-                                        data.l_ba_b, problem.filter.dynamics.gravity);
+                                        data.l_ba_b, filter.dynamics.gravity);
   ImuCursor cursor = cursor_at(data.imu, problem.t_begin_s);
   SilentVisitor<Model> silent;
-  cursor = forward_pass(data, problem.filter, belief, cursor, problem.t_start_s, silent);
-  const Ekf<Model> ekf{problem.filter.dynamics, problem.filter.covariance_reset};
+  cursor = forward_pass(data, filter, belief, cursor, problem.t_start_s, silent);
+  const Ekf<Model> ekf{filter.dynamics, filter.covariance_reset};
   propagate_to(ekf, data.imu, problem.t_start_s, cursor, belief, silent);
   set_heading(belief, candidate.heading_rad, candidate.heading_std_rad, data.l_ba_b);
 
-  ScoringVisitor visitor{{}, scaled(problem.score_gate, candidate.gate_scale), {}};
-  forward_pass(data, problem.filter, belief, cursor, problem.t_end_s, visitor);
-  return {visitor.score.negative_log_likelihood, visitor.score.p_rms(), visitor.score.nis_90(), visitor.score.positions};
+  ScoringVisitor visitor{{}, scoring, {}};
+  forward_pass(data, filter, belief, cursor, problem.t_end_s, visitor);
+  return {visitor.score.negative_log_likelihood, visitor.score.p_rms(), visitor.score.nis_90(), visitor.score.gate_scales(), visitor.score.positions};
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
@@ -49,13 +50,13 @@ std::vector<HeadingMode> modes_of(const std::vector<CurvePoint>& grid) {
 
 std::vector<HeadingCandidate> HeadingSearch::ask() const {
   std::vector<HeadingCandidate> candidates;
-  if (conditional_) {
-    for (double x : conditional_->ask()) candidates.push_back({x, 0.0, gate_scale(nis_90_)});
+  if (stage_ != Stage::wide) {
+    for (double x : conditional_->ask()) candidates.push_back({x, 0.0, stage_ == Stage::gated, gate_scales_});
   } else if (options_.guess_rad) {
-    candidates.push_back({*options_.guess_rad, options_.guess_std_rad, 1.0});
+    candidates.push_back({*options_.guess_rad, options_.guess_std_rad, false, {}});
   } else {
     const int n = static_cast<int>(std::ceil(2.0 * kPi / options_.grid_step_rad - 1e-9));
-    for (int i = 0; i < n; ++i) candidates.push_back({i * 2.0 * kPi / n, options_.grid_std_rad, 1.0});
+    for (int i = 0; i < n; ++i) candidates.push_back({i * 2.0 * kPi / n, options_.grid_std_rad, false, {}});
   }
   return candidates;
 }
@@ -67,7 +68,7 @@ double HeadingSearch::prior(double heading_rad) const {
 }
 
 void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
-  if (!conditional_) {
+  if (stage_ == Stage::wide) {
     tell_wide(scores);
     return;
   }
@@ -75,23 +76,39 @@ void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
   std::vector<double> costs;
   for (std::size_t i = 0; i < asked.size(); ++i) {
     costs.push_back(scores[i].cost + prior(asked[i]));
-    curve_.push_back({wrap_2pi(asked[i]), 0.0, costs.back()});
+    curve_.push_back({wrap_2pi(asked[i]), 0.0, costs.back(), stage_ == Stage::gated});
+    if (scores[i].cost < best_.cost) best_ = scores[i];
   }
   conditional_->tell(costs);
+  if (stage_ == Stage::open && conditional_->done()) start_gated();
+}
+
+// From the minimum of the open candidates, with their own measure of how far the noise model is off.
+void HeadingSearch::start_gated() {
+  const bool placed = conditional_->settled() && conditional_->parabola().has_minimum();
+  const double centre = placed ? conditional_->parabola().minimum_x : conditional_->best().x;
+  const double step = placed ? std::min(2.0 * conditional_->parabola().sigma(), options_.triple_step_rad) : options_.triple_step_rad;
+  stage_ = Stage::gated;
+  gate_scales_ = best_.gate_scales;
+  best_ = {};
+  best_.cost = std::numeric_limits<double>::infinity();
+  conditional_.emplace(centre, step, kPi, options_.tolerance_rad, options_.max_evaluations);
 }
 
 void HeadingSearch::tell_wide(const std::vector<CandidateScore>& scores) {
   const std::vector<HeadingCandidate> asked = ask();
   std::size_t best = 0;
   for (std::size_t i = 0; i < asked.size(); ++i) {
-    curve_.push_back({wrap_2pi(asked[i].heading_rad), asked[i].heading_std_rad, scores[i].cost});
+    curve_.push_back({wrap_2pi(asked[i].heading_rad), asked[i].heading_std_rad, scores[i].cost, false});
     if (scores[i].cost < scores[best].cost) best = i;
   }
   if (!std::isfinite(scores[best].cost)) {
     throw NumericalError("alignment: the filter fails from every heading; check units, axes and time stamps of the IMU");
   }
   if (asked.size() > 1) modes_ = modes_of(curve_);
-  nis_90_ = scores[best].nis_90;
+  gate_scales_ = scores[best].gate_scales;
+  best_.cost = std::numeric_limits<double>::infinity();
+  stage_ = Stage::open;
   conditional_.emplace(asked[best].heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad, options_.max_evaluations);
 }
 
@@ -104,8 +121,8 @@ HeadingResult HeadingSearch::result() const {
   const Parabola& parabola = conditional_->parabola();
   const bool informative = parabola.has_minimum();
   r.heading_rad = wrap_2pi(r.settled && informative ? parabola.minimum_x : conditional_->best().x);
-  r.nis_90 = nis_90_;
-  r.gate_scale = gate_scale(nis_90_);
+  r.nis_90 = best_.nis_90;
+  r.gate_scales = best_.gate_scales;
   if (informative) r.sigma_rad = parabola.sigma();
   r.modes = modes_.empty() ? std::vector<HeadingMode>{{r.heading_rad, 1.0}} : modes_;
 

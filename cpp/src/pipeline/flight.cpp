@@ -159,8 +159,6 @@ PreparedFlight prepare_flight(const Flight& flight) {
   problem.rest = rest_statistics(data.imu, data.fixes, rest);
   problem.initial = initial_std(config);
   problem.filter = out.filter;
-  problem.filter.gate.outliers = Outliers::off;
-  problem.score_gate = out.filter.gate;
   out.t_begin_s = rest.begin_s;
   problem.t_begin_s = std::max(rest.begin_s, rest.end_s - config.align.max_rest_s);
   problem.t_start_s = rest.end_s;

@@ -29,6 +29,7 @@ FixUpdate fix_update(const Innovation<double>& innovation, const Matrix3d& C_e_n
 // Keeps what the backward pass and the output need of the forward pass.
 struct ForwardRecorder : SilentVisitor<Model> {
   const PreparedFlight& flight;
+  const FilterOptions& filter;
   const Progress& progress;
   Solution& solution;
   std::vector<Checkpoint<Model>> checkpoints;
@@ -38,7 +39,7 @@ struct ForwardRecorder : SilentVisitor<Model> {
   }
 
   void updated(const Event& event, UpdateKind kind, const Innovation<double>& innovation) {
-    solution.score.add(flight.filter.gate, kind, innovation);
+    solution.score.add(filter, kind, innovation);
     if (event.kind != Event::Kind::fix) return;
     const GnssFix& fix = flight.problem.data.fixes[event.index];
     FixRecord& record = solution.fixes[fix.record];
@@ -62,8 +63,7 @@ struct ForwardRecorder : SilentVisitor<Model> {
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress) {
   const AlignmentProblem& problem = flight.problem;
   const FlightData& data = problem.data;
-  FilterOptions filter = flight.filter;
-  filter.gate = scaled(filter.gate, heading.gate_scale);
+  const FilterOptions filter = with_gates(flight.filter, heading.gate_scales);
   Solution solution;
   solution.heading_std_initial_rad = initial_heading_std(flight, heading);
   for (std::size_t i = 0; i < flight.record_use.size(); ++i) {
@@ -73,7 +73,7 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
   Belief<Model> belief = belief_at_rest(problem.rest, heading.heading_rad, solution.heading_std_initial_rad, problem.initial,
                                         data.l_ba_b, flight.filter.dynamics.gravity);
   const ImuCursor start = cursor_at(data.imu, flight.t_begin_s);
-  ForwardRecorder recorder{{}, flight, progress, solution, {{belief, start, belief}}};
+  ForwardRecorder recorder{{}, flight, filter, progress, solution, {{belief, start, belief}}};
   forward_pass(data, filter, belief, start, data.imu.back().t_s, recorder);
 
   const Ekf<Model> ekf{flight.filter.dynamics, flight.filter.covariance_reset};

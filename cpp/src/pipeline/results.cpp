@@ -140,13 +140,14 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
   json["evaluations"] = heading.evaluations;
   put_scales(json, flight);
   json["nis_90"] = heading.nis_90;
-  json["gate_scale"] = heading.gate_scale;
+  json["gate_scale_position"] = heading.gate_scales.position;
+  json["gate_scale_velocity"] = heading.gate_scales.velocity;
   JsonArray modes;
   for (const HeadingMode& m : heading.modes) modes.push_back(JsonObject{{"heading_deg", m.heading_rad * kRadToDeg}, {"mass", m.mass}});
   json["modes"] = modes;
   JsonArray curve;
   for (const CurvePoint& p : heading.curve) {
-    curve.push_back(JsonObject{{"heading_deg", p.heading_rad * kRadToDeg}, {"heading_std_deg", p.heading_std_rad * kRadToDeg}, {"cost", p.cost}});
+    curve.push_back(JsonObject{{"heading_deg", p.heading_rad * kRadToDeg}, {"heading_std_deg", p.heading_std_rad * kRadToDeg}, {"gated", p.gated}, {"cost", p.cost}});
   }
   json["curve"] = curve;
   json["warnings"] = flight.warnings;

@@ -43,6 +43,7 @@ FilterOptions filter_options(const Config& config) {
   o.covariance_reset = config.filter.covariance_reset;
   o.gate.outliers = config.gnss.outlier == "reject" ? Outliers::reject : config.gnss.outlier == "off" ? Outliers::off : Outliers::weight;
   o.gate.kappa = chi_square_3_quantile(config.gnss.outlier_probability);
+  o.velocity_gate = o.gate;
   o.reacquire_after = config.gnss.reacquire_after;
   o.zupt_std_mps = config.rest.zupt_std_mps;
   o.zaru_std_rps = config.rest.zaru_std_dps * kDegToRad;

@@ -12,8 +12,7 @@ namespace liealign {
 // Everything about a flight that the candidates share.
 struct AlignmentProblem {
   FlightData data;
-  FilterOptions filter;        // of the candidates: ungated, so that a wrong heading cannot lock out the fixes that show it
-  Gate score_gate;             // bounds the loss of a fix in the score
+  FilterOptions filter;
   RestStatistics rest;
   InitialStd initial;
   double t_begin_s = 0.0;      // rest used for the pre-tuning of tilt and biases begins
@@ -24,13 +23,15 @@ struct AlignmentProblem {
 struct HeadingCandidate {
   double heading_rad = 0.0;
   double heading_std_rad = 0.0;  // 0: conditional, places the minimum; wide: finds the basin
-  double gate_scale = 1.0;       // of the score: kappa times this
+  bool gated = false;            // else a wrong heading cannot lock out the fixes that show it; the score is bounded anyway
+  GateScales gate_scales;        // of the score, and of the filter when gated
 };
 
 struct CandidateScore {
   double cost = 0.0;     // (Eq. 33) without prior; +infinity when the filter failed
   double p_rms_m = 0.0;  // (Eq. 34)
   double nis_90 = 0.0;   // 90 % point of the positions' NIS; 6.25 where the noise model is right
+  GateScales gate_scales;
   std::size_t fixes = 0;
 };
 

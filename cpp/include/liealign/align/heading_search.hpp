@@ -3,8 +3,9 @@
 //   phi(psi_0) = -log p(y_1:N | psi_0) + wrap(psi_0 - mu)^2 / (2 sigma_psi^2)                   (Eq. 40)
 //
 // Wide candidates first: over the whole circle to find the basin, or one at the guess; they also show by how much the fixes
-// disagree with the noise model (gate_scale). Then three conditional candidates (heading variance zero) and the successive
-// quadratic fit place the minimum and its sigma.
+// disagree with the noise model (gate scales). Then three conditional candidates (heading variance zero) and the successive
+// quadratic fit place the minimum and its sigma: first with filters that use every fix, whatever the heading; then, from
+// there, with the outlier treatment of the final filter, so that a few bad fixes do not decide.
 // Source: TAES IV-E, DRONES (9)-(12), 3.1.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -33,7 +34,8 @@ struct HeadingSearchOptions {
 struct CurvePoint {
   double heading_rad = 0.0;      // [0, 2 pi)
   double heading_std_rad = 0.0;  // 0 = conditional
-  double cost = 0.0;             // (Eq. 40)
+  double cost = 0.0;             // (Eq. 40); comparable within wide, open and gated candidates
+  bool gated = false;
 };
 
 struct HeadingMode {
@@ -50,8 +52,8 @@ struct HeadingResult {
   std::vector<HeadingMode> modes;
   std::vector<CurvePoint> curve;            // every candidate, in order of evaluation
   int evaluations = 0;
-  double gate_scale = 1.0;                  // of the score, and for the final filter
-  double nis_90 = 0.0;                      // of the best wide candidate's positions
+  GateScales gate_scales;                   // for the final filter
+  double nis_90 = 0.0;                      // of the best candidate's positions
 };
 
 class HeadingSearch {
@@ -64,17 +66,22 @@ class HeadingSearch {
   // Their scores without prior, in their order.
   void tell(const std::vector<CandidateScore>& scores);
 
-  bool done() const { return conditional_ && conditional_->done(); }
+  bool done() const { return stage_ == Stage::gated && conditional_->done(); }
 
   // Valid when done().
   HeadingResult result() const;
 
  private:
+  enum class Stage { wide, open, gated };
+
   void tell_wide(const std::vector<CandidateScore>& scores);
+  void start_gated();
   double prior(double heading_rad) const;
 
   HeadingSearchOptions options_;
-  double nis_90_ = 0.0;
+  Stage stage_ = Stage::wide;
+  CandidateScore best_;                         // lowest of its stage
+  GateScales gate_scales_;                      // in force in this stage
   std::vector<HeadingMode> modes_;
   std::vector<CurvePoint> curve_;
   std::optional<QuadraticSearch> conditional_;  // in heading, unwrapped about its centre

@@ -17,11 +17,25 @@ namespace liealign {
 struct FilterOptions {
   Dynamics dynamics;
   bool covariance_reset = true;
-  Gate gate;
+  Gate gate;                      // of positions
+  Gate velocity_gate;
   int reacquire_after = 5;        // positions beyond the gate in a row before the filter yields; 0 = never
   double zupt_std_mps = 0.005;
   double zaru_std_rps = 0.0;      // added to the gyro noise of the averaged rate
 };
+
+// The same options with both gates opened by these factors.
+inline FilterOptions with_gates(FilterOptions options, const GateScales& scales) {
+  options.gate = scaled(options.gate, scales.position);
+  options.velocity_gate = scaled(options.velocity_gate, scales.velocity);
+  return options;
+}
+
+// And with no gate at all.
+inline FilterOptions ungated(FilterOptions options) {
+  options.gate.outliers = options.velocity_gate.outliers = Outliers::off;
+  return options;
+}
 
 // Where a pass stands in the IMU series: at time t_s, inside or at the start of sample k.
 struct ImuCursor {
@@ -139,7 +153,7 @@ ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Bel
       if (fix.has_velocity) {
         const Vector3d omega = data.imu[std::min(cursor.k, data.imu.size() - 1)].omega_ib_b;
         visitor.updated(event, UpdateKind::velocity,
-                        gated_update(ekf, options.gate, belief, fix.v_ea_e,
+                        gated_update(ekf, options.velocity_gate, belief, fix.v_ea_e,
                                      Model::gnss_velocity(belief.X, data.l_ba_b, omega), fix.R_v_e));
       }
     } else {

@@ -48,6 +48,12 @@ inline double gate_scale(double nis_90) {
 
 inline Gate scaled(const Gate& gate, double scale) { return {gate.outliers, gate.kappa * scale}; }
 
+// Positions and velocities may be mismodelled differently.
+struct GateScales {
+  double position = 1.0;
+  double velocity = 1.0;
+};
+
 // gamma of (Eq. 25): 1 = used in full, 0 = not used.
 template <typename Scalar>
 Scalar gate_weight(const Gate& gate, const Scalar& zeta) {

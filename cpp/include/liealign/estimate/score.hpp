@@ -22,26 +22,31 @@ struct Score {
   Scalar position_squares{0};  // sum of |z|^2, m^2
   std::size_t positions = 0;
   std::size_t beyond_gate = 0;
-  std::vector<Scalar> position_nis;
+  std::vector<Scalar> position_nis, velocity_nis;
 
-  void add(const Gate& gate, UpdateKind kind, const Innovation<Scalar>& innovation) {
+  // `options` has the gates that bound the loss.
+  void add(const FilterOptions& options, UpdateKind kind, const Innovation<Scalar>& innovation) {
     if (kind == UpdateKind::zero_velocity || kind == UpdateKind::zero_rate) return;
-    negative_log_likelihood += innovation.half_log_det_S + bounded_loss(gate, innovation.nis);
+    const bool position = kind == UpdateKind::position;
+    negative_log_likelihood +=
+        innovation.half_log_det_S + bounded_loss(position ? options.gate : options.velocity_gate, innovation.nis);
     if (innovation.verdict != Verdict::used) ++beyond_gate;
-    if (kind != UpdateKind::position) return;
+    (position ? position_nis : velocity_nis).push_back(innovation.nis);
+    if (!position) return;
     position_squares += innovation.z.squaredNorm();
     ++positions;
-    position_nis.push_back(innovation.nis);
   }
 
-  // 90 % point of the positions' NIS, 6.25 where the noise model is right. nan without a position.
-  Scalar nis_90() const {
-    if (position_nis.empty()) return Scalar(std::numeric_limits<double>::quiet_NaN());
-    std::vector<Scalar> sorted = position_nis;
+  // 90 % point of a set of NIS, 6.25 where the noise model is right. nan for none.
+  static Scalar nis_90(std::vector<Scalar> sorted) {
+    if (sorted.empty()) return Scalar(std::numeric_limits<double>::quiet_NaN());
     const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(9 * sorted.size() / 10);
     std::nth_element(sorted.begin(), at, sorted.end());
     return *at;
   }
+
+  Scalar nis_90() const { return nis_90(position_nis); }
+  GateScales gate_scales() const { return {gate_scale(nis_90(position_nis)), gate_scale(nis_90(velocity_nis))}; }
 
   // P_RMS in m; nan without a position.
   Scalar p_rms() const {

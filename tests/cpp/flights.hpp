@@ -1,0 +1,43 @@
+// Test instruments: simulated flights with the sensors of TAES table I, and the five lines that drive an alignment.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "liealign/pipeline/process.hpp"
+#include "liealign/pipeline/settings.hpp"
+#include "liealign/pipeline/simulated_flight.hpp"
+#include "numeric.hpp"
+
+namespace liealign::testing {
+
+inline DroneFlight short_flight() {
+  DroneFlight drone;
+  drone.rate_hz = 50;
+  drone.oversample = 1;  // the samples are the rates the mechanization takes: no sampling error in the comparison
+  drone.duration_s = 110;
+  drone.parked_before_s = 12;
+  drone.parked_after_s = 5;
+  return drone;
+}
+
+inline HeadingResult align(const PreparedFlight& prepared) {
+  HeadingSearch search(heading_search_options(prepared.config));
+  while (!search.done()) search.tell(evaluate_candidates(prepared.problem, search.ask()));
+  return search.result();
+}
+
+inline SimulatedFlight table_1_flight(double heading_deg, std::uint64_t seed, const Config& config = {},
+                                      const GnssErrors& errors = {}) {
+  DroneFlight drone = short_flight();
+  drone.oversample = 4;
+  drone.heading_deg = heading_deg;
+  drone.seed = seed;
+  GnssErrors gnss = errors;
+  gnss.l_ba_b = Vector3d(0.1, -0.05, -0.3);
+  return simulate_flight(drone, gnss, config, seed);
+}
+
+inline double true_heading(const SimulatedFlight& s, double t) {
+  return heading_of(NavState<double>{truth_at(s.truth, t), {}});
+}
+
+}  // namespace liealign::testing
