@@ -23,24 +23,30 @@ py::dict curve(const HeadingResult& r) {
   double* heading = add_column(columns, "heading_rad", r.curve.size());
   double* std = add_column(columns, "heading_std_rad", r.curve.size());
   double* cost = add_column(columns, "cost", r.curve.size());
+  py::array_t<bool> gated(static_cast<py::ssize_t>(r.curve.size()));
+  columns["gated"] = gated;
   for (std::size_t i = 0; i < r.curve.size(); ++i) {
     heading[i] = r.curve[i].heading_rad;
     std[i] = r.curve[i].heading_std_rad;
     cost[i] = r.curve[i].cost;
+    gated.mutable_at(static_cast<py::ssize_t>(i)) = r.curve[i].gated;
   }
   return columns;
 }
 
 void bind_candidates(py::module_& m) {
-  py::class_<HeadingCandidate>(m, "HeadingCandidate", "A filter to run: heading [rad], its standard deviation (0 = conditional), gate scale.")
-      .def(py::init([](double heading_rad, double heading_std_rad, double gate_scale) {
-             return HeadingCandidate{heading_rad, heading_std_rad, gate_scale};
+  using C = HeadingCandidate;
+  py::class_<C>(m, "HeadingCandidate", "A filter to run: heading [rad], its standard deviation (0 = conditional), gated or not, gate scales.")
+      .def(py::init([](double heading_rad, double heading_std_rad, bool gated, double position, double velocity) {
+             return C{heading_rad, heading_std_rad, gated, {position, velocity}};
            }),
-           py::arg("heading_rad"), py::arg("heading_std_rad") = HeadingCandidate{}.heading_std_rad,
-           py::arg("gate_scale") = HeadingCandidate{}.gate_scale)
-      .def_readonly("heading_rad", &HeadingCandidate::heading_rad)
-      .def_readonly("heading_std_rad", &HeadingCandidate::heading_std_rad)
-      .def_readonly("gate_scale", &HeadingCandidate::gate_scale);
+           py::arg("heading_rad"), py::arg("heading_std_rad") = C{}.heading_std_rad, py::arg("gated") = C{}.gated,
+           py::arg("gate_scale_position") = C{}.gate_scales.position, py::arg("gate_scale_velocity") = C{}.gate_scales.velocity)
+      .def_readonly("heading_rad", &C::heading_rad)
+      .def_readonly("heading_std_rad", &C::heading_std_rad)
+      .def_readonly("gated", &C::gated)
+      .def_property_readonly("gate_scale_position", [](const C& c) { return c.gate_scales.position; })
+      .def_property_readonly("gate_scale_velocity", [](const C& c) { return c.gate_scales.velocity; });
 
   py::class_<CandidateScore>(m, "CandidateScore", "What a candidate filter scored; cost is infinite when it failed.")
       .def_readonly("cost", &CandidateScore::cost)
@@ -72,10 +78,11 @@ void bind_align(py::module_& m) {
       .def_readonly("verdict", &HeadingResult::verdict, "aligned, weak, ambiguous or unobservable.")
       .def_readonly("advice", &HeadingResult::advice)
       .def_readonly("evaluations", &HeadingResult::evaluations)
-      .def_readonly("gate_scale", &HeadingResult::gate_scale)
+      .def_property_readonly("gate_scale_position", [](const HeadingResult& r) { return r.gate_scales.position; })
+      .def_property_readonly("gate_scale_velocity", [](const HeadingResult& r) { return r.gate_scales.velocity; })
       .def_readonly("nis_90", &HeadingResult::nis_90)
       .def("modes", &modes, "heading_rad, mass: arrays (n,), the heaviest first.")
-      .def("curve", &curve, "heading_rad, heading_std_rad, cost: arrays (n,), in order of evaluation.");
+      .def("curve", &curve, "heading_rad, heading_std_rad, cost, gated: arrays (n,), in order of evaluation.");
 
   py::class_<HeadingSearch>(m, "HeadingSearch", "Heading alignment as ask/tell: which candidates to run next, and what their scores say.")
       .def(py::init<const HeadingSearchOptions&>(), py::arg("options"))

@@ -1,7 +1,7 @@
-"""The command line: `liealign run | align | demo`. Flags, files and exit codes are a contract; see docs/formats.md.
+"""The command line: `liealign run | align | demo`. Flags, files and exit codes are a contract.
 
-Exit codes: 0 done; 1 bad input (one line on stderr); 2 usage; 3 numerical failure; 4 heading not aligned where
---require-aligned demands it; 130 interrupted.
+Exit codes: 0 done; 1 bad input (one line on stderr); 2 usage; 3 numerical failure; 4 heading not aligned
+where --require-aligned demands it; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from liealign.solution import Alignment
 EXIT_BAD_INPUT, EXIT_NUMERICAL, EXIT_NOT_ALIGNED, EXIT_INTERRUPTED = 1, 3, 4, 130
 
 
-# ---- flags that stand for configuration keys -------------------------------------------------------------------------
+# ---- flags that stand for configuration keys ------------------------------------------------------------
 
 
 def _number(text: str) -> Any:
-    """The number, or the text itself: "auto", or something for the engine to refuse by name."""
+    """Return the number, or the text itself: "auto", or something for the engine to refuse by name."""
     try:
         return float(text)
     except ValueError:
@@ -102,7 +102,7 @@ def _config(toml: Path | None, params: dict[str, Any]) -> Config:
     return config
 
 
-# ---- the work --------------------------------------------------------------------------------------------------------
+# ---- the work ----------------------------------------------------------------------------------------------
 
 
 def _fail(message: str, code: int) -> typer.Exit:
@@ -144,7 +144,7 @@ def _demand_aligned(alignment: Alignment, demanded: bool) -> None:
 def run_to_folder(
     config: Config, folder: Path, *, quiet: bool, require_aligned: bool = False
 ) -> tuple[_core.PreparedFlight, Alignment, _core.Solution]:
-    """Read, align, filter, smooth, and write the results into the folder; nothing is written before all is computed."""
+    """Read, align, filter, smooth, and write the results into the folder, once everything is computed."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; -o expects a folder for the results")
     prepared, alignment = _align(config, quiet)
@@ -155,7 +155,7 @@ def run_to_folder(
     return prepared, alignment, solution
 
 
-# ---- the commands ----------------------------------------------------------------------------------------------------
+# ---- the commands ------------------------------------------------------------------------------------------
 
 app = typer.Typer(
     name="liealign",
@@ -166,9 +166,7 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 
-Toml = Annotated[
-    Path | None, typer.Argument(metavar="[FLIGHT.toml]", help="The configuration of the flight.")
-]
+Toml = Annotated[Path | None, typer.Argument(metavar="FLIGHT.toml", help="The configuration of the flight.")]
 Imu = Annotated[str | None, typer.Option(metavar="FILE", help="Native imu.csv.")]
 Gnss = Annotated[str | None, typer.Option(metavar="FILE", help="Native gnss.csv.")]
 LeverArm = Annotated[
@@ -243,7 +241,7 @@ def run(
     require_aligned: RequireAligned = False,
     quiet: Quiet = False,
 ) -> None:
-    """Align the heading, filter, smooth, and write the results into OUT. Flags are stronger than FLIGHT.toml."""
+    """Align the heading, filter, smooth, write the results into OUT. Flags are stronger than FLIGHT.toml."""
     with exit_codes():
         config = _config(toml, context.params)
         prepared, alignment, solution = run_to_folder(

@@ -14,7 +14,7 @@ SHOW_AFTER_S = 1.0
 
 
 class ProgressBar:
-    """A context in which the bar appears after a second and vanishes at the end; call it with (done, total)."""
+    """A context: the bar appears after a second and vanishes at the end. Call it with (done, total)."""
 
     def __init__(self, text: str, *, quiet: bool) -> None:
         self._bar: Progress | None = None

@@ -42,7 +42,11 @@ def print_run(
     print_alignment(prepared, alignment)
     s = json.loads(_core.summary_json(prepared, alignment.engine, solution))
     parts = [f"{s[f'fixes_{word}']} {word}" for word in ("used", "weighted", "rejected", "reacquired")]
-    parts += [f"{s[key]} {key.removeprefix('fixes_').replace('_', ' ')}" for key in _NOT_USED if s[key]]
+    parts += [
+        f"{s[key]} {key.removeprefix('fixes_').replace('_', ' ').replace('imu', 'the IMU log')}"
+        for key in _NOT_USED
+        if s[key]
+    ]
     _say("fixes", f"{s['fixes']}: {', '.join(parts)}")
     _say("P_RMS", f"{s['p_rms_m']:.3f} m, of the position innovations")
     _say(
@@ -52,7 +56,7 @@ def print_run(
         f"{s['median_std_heading_deg']:.3f} deg heading",
     )
     _say("span", f"{s['begin_time_s']:.3f} s to {s['end_time_s']:.3f} s, {s['epochs']} epochs")
-    _say("results", f"{folder / 'trajectory.csv'} and the other files in that folder")
+    _say("results", f"{folder / 'trajectory.csv'}, summary.json and the other files beside it")
 
 
 def print_truth(
@@ -72,13 +76,13 @@ def print_truth(
         "truth",
         f"heading {true_heading:.3f} deg at the start; found with an error of {float(error):+.3f} deg",
     )
-    table = Table("rms error", "smoothed", "filter", box=None, title_justify="left")
-    names = ("horizontal [m]", "vertical [m]", "velocity [m/s]", "roll [deg]", "pitch [deg]", "heading [deg]")
+    table = Table("          rms error", "smoothed", "filter", box=None, pad_edge=False)
+    names = ("horizontal, m", "vertical, m", "velocity, m/s", "roll, deg", "pitch, deg", "heading, deg")
     of_filter = (
         rms_errors(smoothed.filtered, truth) if smoothed.filtered is not None else [np.nan] * len(names)
     )
     for name, s, f in zip(names, rms_errors(smoothed, truth), of_filter, strict=True):
-        table.add_row(name, f"{s:.4f}", f"{f:.4f}")
+        table.add_row(f"{'':10}{name}", f"{s:.4f}", f"{f:.4f}")
     Console(highlight=False).print(table)
     _say("flight", f"{folder / 'FLIGHT.toml'}, imu.csv, gnss.csv and truth.csv beside it")
 
@@ -86,8 +90,8 @@ def print_truth(
 def rms_errors(found: Trajectory, truth: _core.TruthColumns) -> list[float]:
     """Root mean square over the epochs of `found`.
 
-    Horizontal and vertical position [m], velocity [m/s], roll, pitch and heading [deg]. The truth must have an
-    epoch at each time of `found`.
+    Horizontal and vertical position [m], velocity [m/s], roll, pitch and heading [deg]. The truth must have
+    an epoch at each time of `found`.
     """
     at = np.searchsorted(truth["time_s"], found.time_s - 1e-6)
     lat, lon = np.deg2rad(truth["lat_deg"][at]), np.deg2rad(truth["lon_deg"][at])

@@ -37,8 +37,9 @@ class Alignment:
         Candidate filters that were run.
     mode_heading_deg, mode_mass
         (k,) the basins of the search over the circle and their share of the posterior.
-    curve_heading_deg, curve_heading_std_deg, curve_cost
-        (m,) every candidate in order; std 0: conditional on its heading. Cost: the negative log posterior.
+    curve_heading_deg, curve_heading_std_deg, curve_cost, curve_gated
+        (m,) every candidate in order; std 0: conditional on its heading. Cost: the negative log
+        posterior, comparable within wide, open and gated candidates.
     """
 
     heading_deg: float
@@ -54,6 +55,7 @@ class Alignment:
     curve_heading_deg: Array = field(repr=False)
     curve_heading_std_deg: Array = field(repr=False)
     curve_cost: Array = field(repr=False)
+    curve_gated: NDArray[np.bool_] = field(repr=False)
     engine: _core.HeadingResult = field(repr=False)
     json_text: str = field(repr=False)
 
@@ -75,6 +77,7 @@ class Alignment:
             curve_heading_deg=np.rad2deg(curve["heading_rad"]),
             curve_heading_std_deg=np.rad2deg(curve["heading_std_rad"]),
             curve_cost=curve["cost"],
+            curve_gated=curve["gated"],
             engine=result,
             json_text=_core.alignment_json(flight, result),
         )
@@ -140,7 +143,7 @@ class Trajectory:
         return moved
 
     def point_geodetic(self, lever_arm_b_m: ArrayLike) -> tuple[Array, Array, Array]:
-        """Latitude, longitude [deg] and ellipsoidal height [m], each (n,), of another point of the vehicle."""
+        """Latitude, longitude [deg] and ellipsoidal height [m], each (n,), of another point."""
         return _core.geodetic_from_ecef(self.point_e_m(lever_arm_b_m))
 
     def to_frame(self) -> pd.DataFrame:

@@ -122,7 +122,9 @@ HeadingResult HeadingSearch::result() const {
   const bool informative = parabola.has_minimum();
   r.heading_rad = wrap_2pi(r.settled && informative ? parabola.minimum_x : conditional_->best().x);
   r.nis_90 = best_.nis_90;
-  r.gate_scales = best_.gate_scales;
+  // The gated filters may have lost fixes, the open ones have followed outliers: the tighter of the two.
+  r.gate_scales = {std::min(gate_scales_.position, best_.gate_scales.position),
+                   std::min(gate_scales_.velocity, best_.gate_scales.velocity)};
   if (informative) r.sigma_rad = parabola.sigma();
   r.modes = modes_.empty() ? std::vector<HeadingMode>{{r.heading_rad, 1.0}} : modes_;
 

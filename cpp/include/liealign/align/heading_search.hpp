@@ -80,7 +80,7 @@ class HeadingSearch {
 
   HeadingSearchOptions options_;
   Stage stage_ = Stage::wide;
-  CandidateScore best_;                         // lowest of its stage
+  CandidateScore best_;                         // of this stage: the lowest cost
   GateScales gate_scales_;                      // in force in this stage
   std::vector<HeadingMode> modes_;
   std::vector<CurvePoint> curve_;
