@@ -28,11 +28,12 @@ WHEEL_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/*.cmake) \
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo test post bench reproduce clean
+.PHONY: help demo test wheel post bench reproduce clean
 
 help:
 	@echo "make demo       simulate a flight, align it and show the result"
 	@echo "make test       build and run every test and check, C++ and Python"
+	@echo "make wheel      check that pip install . needs nothing but a compiler"
 	@echo "make post       the standalone executable (a later version)"
 	@echo "make bench      the benchmarks (a later version)"
 	@echo "make reproduce  the papers' tables and figures (a later version)"
@@ -50,6 +51,13 @@ test: $(INSTALLED)
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/pytest
+
+# `pip install .` as a user without any of the above has it: an isolated build with Eigen from PyPI, in a virtualenv of its
+# own. Without system paths CMake sees no system Eigen.
+wheel: | $(TOOLS_READY)
+	$(PYTHON) -m venv --clear $(BUILD)/wheel-venv
+	CMAKE_ARGS=-DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF $(BUILD)/wheel-venv/bin/python -m pip install --quiet .
+	$(BUILD)/wheel-venv/bin/liealign --version
 
 post:
 	@echo "make post: the standalone executable liealign-post comes with a later version" >&2; exit 1

@@ -47,27 +47,6 @@ py::dict trajectory_columns(const std::vector<Epoch>& epochs) {
   return d;
 }
 
-const char* word(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::used: return "used";
-    case Verdict::weighted: return "weighted";
-    case Verdict::rejected: return "rejected";
-    case Verdict::reacquired: return "reacquired";
-  }
-  return "";
-}
-
-// The words of the column `verdict` of innovations.csv.
-const char* word(const FixRecord& fix) {
-  switch (fix.use) {
-    case RecordUse::averaged_at_rest: return "averaged_at_rest";
-    case RecordUse::quality_not_accepted: return "quality_not_accepted";
-    case RecordUse::outside_imu: return "outside_imu";
-    case RecordUse::update: break;
-  }
-  return fix.position ? word(fix.position->verdict) : "outside_imu";
-}
-
 struct UpdateColumns {
   double *residual, *std, *nis, *weight;
 
@@ -93,7 +72,7 @@ py::dict innovation_columns(const Solution& solution) {
     t[i] = solution.fixes[i].t_s;
     p.put(i, solution.fixes[i].position);
     v.put(i, solution.fixes[i].velocity);
-    verdict.append(word(solution.fixes[i]));
+    verdict.append(verdict_word(solution.fixes[i]));
   }
   d["verdict"] = py::module_::import("numpy").attr("array")(verdict, py::str("str"));
   return d;

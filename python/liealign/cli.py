@@ -276,7 +276,7 @@ def align(
         if json:
             sys.stdout.write(alignment.json_text)
         elif not quiet:
-            report.print_alignment(prepared, alignment)
+            report.print_alignment(alignment)
         _demand_aligned(alignment, require_aligned)
 
 

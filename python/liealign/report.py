@@ -22,7 +22,7 @@ def _say(label: str, text: str, style: str = "") -> None:
     Console(highlight=False).print(line, soft_wrap=True)
 
 
-def print_alignment(prepared: _core.PreparedFlight, alignment: Alignment) -> None:
+def print_alignment(alignment: Alignment) -> None:
     """Print the heading, its sigma, its time and verdict, and the warnings."""
     std = alignment.heading_std_deg
     heading = f"{alignment.heading_deg:.3f} deg" if std is not None else "not determined"
@@ -31,7 +31,7 @@ def print_alignment(prepared: _core.PreparedFlight, alignment: Alignment) -> Non
     _say("heading", verdict, _STYLE[alignment.verdict])
     if alignment.verdict != "aligned":
         _say("", alignment.advice)
-    for warning in prepared.warnings:
+    for warning in alignment.warnings:
         _say("warning", warning, "yellow")
 
 
@@ -39,7 +39,7 @@ def print_run(
     prepared: _core.PreparedFlight, alignment: Alignment, solution: _core.Solution, folder: Path
 ) -> None:
     """Print the verdict, the warnings, what became of the fixes, and how good the trajectory is."""
-    print_alignment(prepared, alignment)
+    print_alignment(alignment)
     s = json.loads(_core.summary_json(prepared, alignment.engine, solution))
     parts = [f"{s[f'fixes_{word}']} {word}" for word in ("used", "weighted", "rejected", "reacquired")]
     parts += [

@@ -82,6 +82,11 @@ class Alignment:
             json_text=_core.alignment_json(flight, result),
         )
 
+    @property
+    def warnings(self) -> list[str]:
+        """One sentence each."""
+        return list(self.to_dict()["warnings"])
+
     def to_dict(self) -> dict[str, Any]:
         """Return the content of alignment.json."""
         content: dict[str, Any] = json.loads(self.json_text)

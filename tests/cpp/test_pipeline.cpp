@@ -154,6 +154,20 @@ TEST(Pipeline, a_larger_noise_scale_states_larger_sigmas) {
   EXPECT_GT(*three.sigma_rad, 2.0 * *one.sigma_rad);
 }
 
+TEST(Pipeline, a_noise_model_that_is_too_small_is_said) {
+  const SimulatedFlight s = table_1_flight(kHeading_deg, 10, guessed());
+  const auto said = [](const Flight& flight) {
+    const PreparedFlight prepared = prepare_flight(flight);
+    const std::vector<std::string> warnings = run_warnings(prepared, align(prepared));
+    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& w) { return w.find("raise imu.noise_scale") != std::string::npos; });
+  };
+  EXPECT_FALSE(said(s.flight));
+  Flight small = s.flight;
+  small.config.gnss.std_floor_m = 0.0;
+  small.config.gnss.std_scale = 0.2;
+  EXPECT_TRUE(said(small));
+}
+
 TEST(Results, leave_no_part_file_and_the_config_reads_back) {
   const SimulatedFlight s = table_1_flight(kHeading_deg, 9, guessed());
   const PreparedFlight prepared = prepare_flight(s.flight);

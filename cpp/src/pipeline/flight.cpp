@@ -149,7 +149,7 @@ PreparedFlight prepare_flight(const Flight& flight) {
   FlightData& data = problem.data;
   PreparedImu imu = prepare_imu(flight.imu, sample_kind(config), sensor_to_body(config), config.imu.max_gap_s);
   out.gaps = imu.gaps;
-  out.imu_rate_hz = 1.0 / imu.median_dt_s;
+  out.imu_rate_hz = std::round(1e3 / imu.median_dt_s) / 1e3;  // stamps carry rounding; nobody needs more digits
   data.imu = std::move(imu.samples);
   data.l_ba_b = Vector3d(config.gnss.lever_arm_b_m[0], config.gnss.lever_arm_b_m[1], config.gnss.lever_arm_b_m[2]);
   make_fixes(flight, out);

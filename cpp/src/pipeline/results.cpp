@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
-#include <limits>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
@@ -59,23 +59,6 @@ void write_biases(const std::string& path, const std::vector<Epoch>& epochs) {
   });
 }
 
-std::string verdict_word(const FixRecord& fix) {
-  switch (fix.use) {
-    case RecordUse::averaged_at_rest: return "averaged_at_rest";
-    case RecordUse::quality_not_accepted: return "quality_not_accepted";
-    case RecordUse::outside_imu: return "outside_imu";
-    case RecordUse::update: break;
-  }
-  if (!fix.position) return "outside_imu";
-  switch (fix.position->verdict) {
-    case Verdict::used: return "used";
-    case Verdict::weighted: return "weighted";
-    case Verdict::rejected: return "rejected";
-    case Verdict::reacquired: return "reacquired";
-  }
-  return "";
-}
-
 void put_update(double* cells, const std::optional<FixUpdate>& update) {
   if (!update) return;
   put3(cells, update->residual_n);
@@ -122,6 +105,37 @@ void put_scales(Json& json, const PreparedFlight& flight) {
 
 }  // namespace
 
+std::vector<std::string> run_warnings(const PreparedFlight& flight, const HeadingResult& heading) {
+  std::vector<std::string> warnings = flight.warnings;
+  // Twice is beyond what the chance of some tens of fixes makes.
+  const double scale = heading.gate_scales.position;
+  if (scale > 2.0) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.1f", std::sqrt(scale));
+    warnings.push_back(std::string("the fixes disagree with the filter by ") + text +
+                       " times what its noise model says, and the stated sigmas are too small by about as much; raise "
+                       "imu.noise_scale, or check gnss.latency_s and the lever arm");
+  }
+  return warnings;
+}
+
+std::string verdict_word(const FixRecord& fix) {
+  switch (fix.use) {
+    case RecordUse::averaged_at_rest: return "averaged_at_rest";
+    case RecordUse::quality_not_accepted: return "quality_not_accepted";
+    case RecordUse::outside_imu: return "outside_imu";
+    case RecordUse::update: break;
+  }
+  if (!fix.position) return "outside_imu";
+  switch (fix.position->verdict) {
+    case Verdict::used: return "used";
+    case Verdict::weighted: return "weighted";
+    case Verdict::rejected: return "rejected";
+    case Verdict::reacquired: return "reacquired";
+  }
+  return "";
+}
+
 std::string alignment_json(const PreparedFlight& flight, const HeadingResult& heading) {
   Json json;
   json["heading_deg"] = heading.heading_rad * kRadToDeg;
@@ -150,7 +164,7 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
     curve.push_back(JsonObject{{"heading_deg", p.heading_rad * kRadToDeg}, {"heading_std_deg", p.heading_std_rad * kRadToDeg}, {"gated", p.gated}, {"cost", p.cost}});
   }
   json["curve"] = curve;
-  json["warnings"] = flight.warnings;
+  json["warnings"] = run_warnings(flight, heading);
   return dump_json(json) + "\n";
 }
 
@@ -186,7 +200,7 @@ std::string summary_json(const PreparedFlight& flight, const HeadingResult& head
   json["median_std_roll_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[0] * kRadToDeg; });
   json["median_std_pitch_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[1] * kRadToDeg; });
   json["median_std_heading_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[2] * kRadToDeg; });
-  json["warnings"] = flight.warnings;
+  json["warnings"] = run_warnings(flight, heading);
   return dump_json(json) + "\n";
 }
 
@@ -200,7 +214,12 @@ void write_results(const std::string& folder, const PreparedFlight& flight, cons
   const std::string summary = summary_json(flight, heading, solution), alignment = alignment_json(flight, heading);
   const std::string config = dump_config(flight.config);
   write_trajectory(in("trajectory.csv"), solution.smoothed);
-  if (!solution.filtered.empty()) write_trajectory(in("filtered.csv"), solution.filtered);
+  // One of an earlier run would not belong to these results.
+  if (solution.filtered.empty()) {
+    std::filesystem::remove(in("filtered.csv"), failure);
+  } else {
+    write_trajectory(in("filtered.csv"), solution.filtered);
+  }
   write_biases(in("biases.csv"), solution.smoothed);
   write_innovations(in("innovations.csv"), solution.fixes);
   write_text_file(in("alignment.json"), alignment);

@@ -4,10 +4,17 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "liealign/pipeline/process.hpp"
 
 namespace liealign {
+
+// What a user should know: the flight's warnings, and how far the fixes disagree with the noise model.
+std::vector<std::string> run_warnings(const PreparedFlight& flight, const HeadingResult& heading);
+
+// The word of innovations.csv for what became of a GNSS record.
+std::string verdict_word(const FixRecord& fix);
 
 // alignment.json: heading at start_time_s, its sigma and interval, verdict, modes, curve, latency and scales. Keys of
 // estimates that were not made are null.
