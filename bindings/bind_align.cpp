@@ -36,12 +36,14 @@ py::dict curve(const HeadingResult& r) {
 
 void bind_candidates(py::module_& m) {
   using C = HeadingCandidate;
-  py::class_<C>(m, "HeadingCandidate", "A filter to run: heading [rad], its standard deviation (0 = conditional), gated or not, gate scales.")
+  py::class_<C>(m, "HeadingCandidate",
+                "A filter to run: heading [rad], its standard deviation (0 = conditional), gated or not, gate scales.")
       .def(py::init([](double heading_rad, double heading_std_rad, bool gated, double position, double velocity) {
              return C{heading_rad, heading_std_rad, gated, {position, velocity}};
            }),
            py::arg("heading_rad"), py::arg("heading_std_rad") = C{}.heading_std_rad, py::arg("gated") = C{}.gated,
-           py::arg("gate_scale_position") = C{}.gate_scales.position, py::arg("gate_scale_velocity") = C{}.gate_scales.velocity)
+           py::arg("gate_scale_position") = C{}.gate_scales.position,
+           py::arg("gate_scale_velocity") = C{}.gate_scales.velocity)
       .def_readonly("heading_rad", &C::heading_rad)
       .def_readonly("heading_std_rad", &C::heading_std_rad)
       .def_readonly("gated", &C::gated)
@@ -60,7 +62,8 @@ void bind_candidates(py::module_& m) {
 void bind_align(py::module_& m) {
   bind_candidates(m);
 
-  py::class_<HeadingSearchOptions>(m, "HeadingSearchOptions", "Settings of a HeadingSearch; see heading_search_options.")
+  py::class_<HeadingSearchOptions>(m, "HeadingSearchOptions",
+                                   "Settings of a HeadingSearch; see heading_search_options.")
       .def_readonly("guess_rad", &HeadingSearchOptions::guess_rad)
       .def_readonly("guess_std_rad", &HeadingSearchOptions::guess_std_rad)
       .def_readonly("grid_step_rad", &HeadingSearchOptions::grid_step_rad)
@@ -69,9 +72,11 @@ void bind_align(py::module_& m) {
       .def_readonly("tolerance_rad", &HeadingSearchOptions::tolerance_rad)
       .def_readonly("max_evaluations", &HeadingSearchOptions::max_evaluations)
       .def_readonly("max_sigma_rad", &HeadingSearchOptions::max_sigma_rad);
-  m.def("heading_search_options", &heading_search_options, py::arg("config"), "The options that the keys of [align] stand for.");
+  m.def("heading_search_options", &heading_search_options, py::arg("config"),
+        "The options that the keys of [align] stand for.");
 
-  py::class_<HeadingResult>(m, "HeadingResult", "The heading, its sigma (None when the data say nothing), verdict and curve.")
+  py::class_<HeadingResult>(m, "HeadingResult",
+                            "The heading, its sigma (None when the data say nothing), verdict and curve.")
       .def_readonly("heading_rad", &HeadingResult::heading_rad, "[0, 2 pi), clockwise from true north.")
       .def_readonly("sigma_rad", &HeadingResult::sigma_rad)
       .def_readonly("settled", &HeadingResult::settled)
@@ -84,7 +89,8 @@ void bind_align(py::module_& m) {
       .def("modes", &modes, "heading_rad, mass: arrays (n,), the heaviest first.")
       .def("curve", &curve, "heading_rad, heading_std_rad, cost, gated: arrays (n,), in order of evaluation.");
 
-  py::class_<HeadingSearch>(m, "HeadingSearch", "Heading alignment as ask/tell: which candidates to run next, and what their scores say.")
+  py::class_<HeadingSearch>(m, "HeadingSearch",
+                            "Heading alignment as ask/tell: which candidates to run next, and what their scores say.")
       .def(py::init<const HeadingSearchOptions&>(), py::arg("options"))
       .def("ask", &HeadingSearch::ask, "Candidates to evaluate next; empty when done.")
       .def("tell", &HeadingSearch::tell, py::arg("scores"), "Their scores, in their order.")

@@ -71,9 +71,12 @@ py::dict values(const Config& config) {
 }  // namespace
 
 void bind_config(py::module_& m) {
-  py::class_<Config>(m, "Config", "Every setting of a run; made by apply_config, never changed. Config() has the defaults.")
+  py::class_<Config>(m, "Config",
+                     "Every setting of a run; made by apply_config, never changed. Config() has the defaults.")
       .def(py::init<>())
-      .def("__eq__", [](const Config& a, const Config& b) { return dump_config(a) == dump_config(b); }, py::arg("other"));
+      .def(
+          "__eq__", [](const Config& a, const Config& b) { return dump_config(a) == dump_config(b); },
+          py::arg("other"));
 
   py::class_<ConfigField>(m, "ConfigField", "What the field table says of one key.")
       .def_readonly("key", &ConfigField::key)
@@ -84,10 +87,12 @@ void bind_config(py::module_& m) {
 
   m.def("config_fields", &config_fields, "Every configuration key with type, unit, meaning and default, in order.");
   m.def("apply_config", &apply, py::arg("base"), py::arg("entries"), py::arg("source"),
-        "`base` with the entries (key, value, line, column) applied; line 0 = unknown. `source` is the file name for messages.\n\n"
+        "`base` with the entries (key, value, line, column) applied; line 0 = unknown. `source` is the file name for "
+        "messages.\n\n"
         "Raises ConfigError for an unknown key (naming the nearest one), a wrong type, a value out of range.");
   m.def("dump_config", &dump_config, py::arg("config"), "FLIGHT.toml text with every key, its unit and its meaning.");
-  m.def("config_entries", &values, py::arg("config"), "The values by their dotted keys; optional keys that are unset are left out.");
+  m.def("config_entries", &values, py::arg("config"),
+        "The values by their dotted keys; optional keys that are unset are left out.");
 }
 
 }  // namespace liealign::bindings

@@ -19,7 +19,8 @@ py::object add_exception(py::module_& m, const char* name, py::handle base, cons
 
 void bind_core(py::module_& m) {
   const py::object error = add_exception<Error>(m, "Error", PyExc_ValueError, "Anything liealign refuses.");
-  add_exception<InputError>(m, "InputError", error, "A file or table that cannot be used: file:line:column, value, what is allowed.");
+  add_exception<InputError>(m, "InputError", error,
+                            "A file or table that cannot be used: file:line:column, value, what is allowed.");
   add_exception<ConfigError>(m, "ConfigError", error, "A configuration key or value that cannot be used.");
   add_exception<NumericalError>(m, "NumericalError", error, "The computation itself failed.");
   add_exception<Cancelled>(m, "Cancelled", error, "The progress callback returned False.");

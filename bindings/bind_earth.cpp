@@ -28,7 +28,8 @@ py::array_t<double> ecef_rows(const Array& lat_deg, const Array& lon_deg, const 
   const py::ssize_t n = lat_deg.size();
   py::array_t<double> p_e_m({n, py::ssize_t{3}});
   for (py::ssize_t i = 0; i < n; ++i) {
-    put3(p_e_m.mutable_data(i, 0), ecef_from_geodetic({lat_deg.at(i) * kDegToRad, lon_deg.at(i) * kDegToRad, height_m.at(i)}));
+    put3(p_e_m.mutable_data(i, 0),
+         ecef_from_geodetic({lat_deg.at(i) * kDegToRad, lon_deg.at(i) * kDegToRad, height_m.at(i)}));
   }
   return p_e_m;
 }

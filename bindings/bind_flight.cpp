@@ -15,10 +15,11 @@ using OptionalArray = std::optional<Array>;
 
 // Rows of a (n,) or (n, 3) array. Throws InputError for another shape.
 const double* rows_of(const Array& array, const char* name, py::ssize_t n, bool three) {
-  const bool fits = three ? array.ndim() == 2 && array.shape(0) == n && array.shape(1) == 3 : array.ndim() == 1 && array.shape(0) == n;
+  const bool fits = three ? array.ndim() == 2 && array.shape(0) == n && array.shape(1) == 3
+                          : array.ndim() == 1 && array.shape(0) == n;
   if (!fits) {
-    throw InputError(std::string(name) + ": expected an array of shape (" + std::to_string(n) + (three ? ", 3)" : ",)") +
-                     ", one row for each time");
+    throw InputError(std::string(name) + ": expected an array of shape (" + std::to_string(n) +
+                     (three ? ", 3)" : ",)") + ", one row for each time");
   }
   return array.data();
 }
@@ -36,9 +37,10 @@ ImuSeries imu_series(const Array& time_s, const Array& omega, const Array& f) {
   return imu;
 }
 
-Flight flight_from_arrays(const Config& config, const Array& imu_time_s, const Array& omega_ib_b_rps, const Array& f_ib_b_mps2,
-                          const Array& gnss_time_s, const Array& lat_deg, const Array& lon_deg, const Array& height_m,
-                          const Array& std_p_n_m, const OptionalArray& cov_p_n_m2, const OptionalArray& v_n_mps,
+Flight flight_from_arrays(const Config& config, const Array& imu_time_s, const Array& omega_ib_b_rps,
+                          const Array& f_ib_b_mps2, const Array& gnss_time_s, const Array& lat_deg,
+                          const Array& lon_deg, const Array& height_m, const Array& std_p_n_m,
+                          const OptionalArray& cov_p_n_m2, const OptionalArray& v_n_mps,
                           const OptionalArray& std_v_n_mps, const OptionalArray& fix) {
   Flight flight;
   flight.config = config;
@@ -87,10 +89,10 @@ py::dict imu_columns(const Flight& flight) {
 py::dict gnss_columns(const Flight& flight) {
   const std::size_t n = flight.gnss.size();
   py::dict columns;
-  double *t = add_column(columns, "time_s", n), *lat = add_column(columns, "lat_deg", n), *lon = add_column(columns, "lon_deg", n),
-         *height = add_column(columns, "height_m", n), *P = add_column(columns, "P_n_m2", n, {3, 3}),
-         *v = add_column(columns, "v_n_mps", n, {3}), *std_v = add_column(columns, "std_v_n_mps", n, {3}),
-         *fix = add_column(columns, "fix", n);
+  double *t = add_column(columns, "time_s", n), *lat = add_column(columns, "lat_deg", n),
+         *lon = add_column(columns, "lon_deg", n), *height = add_column(columns, "height_m", n),
+         *P = add_column(columns, "P_n_m2", n, {3, 3}), *v = add_column(columns, "v_n_mps", n, {3}),
+         *std_v = add_column(columns, "std_v_n_mps", n, {3}), *fix = add_column(columns, "fix", n);
   const Vector3d absent = Vector3d::Constant(std::nan(""));
   for (std::size_t k = 0; k < n; ++k) {
     const GnssRecord& r = flight.gnss[k];
@@ -119,17 +121,19 @@ py::array_t<double> spans(const std::vector<Period>& periods) {
 
 void bind_raw_flight(py::module_& m) {
   py::class_<Flight>(m, "Flight", "A flight as logged: configuration, IMU samples, GNSS records, warnings.")
-      .def(py::init(&flight_from_arrays), py::kw_only(), py::arg("config"), py::arg("imu_time_s"), py::arg("omega_ib_b_rps"),
-           py::arg("f_ib_b_mps2"), py::arg("gnss_time_s"), py::arg("lat_deg"), py::arg("lon_deg"), py::arg("height_m"),
-           py::arg("std_p_n_m"), py::arg("cov_p_n_m2") = py::none(), py::arg("v_n_mps") = py::none(),
-           py::arg("std_v_n_mps") = py::none(), py::arg("fix") = py::none(),
-           "From arrays: times (n,), vectors (n, 3), NED; covariances (n, 3) are NE, ND, ED. A row of v_n_mps that is NaN has none.\n\n"
+      .def(py::init(&flight_from_arrays), py::kw_only(), py::arg("config"), py::arg("imu_time_s"),
+           py::arg("omega_ib_b_rps"), py::arg("f_ib_b_mps2"), py::arg("gnss_time_s"), py::arg("lat_deg"),
+           py::arg("lon_deg"), py::arg("height_m"), py::arg("std_p_n_m"), py::arg("cov_p_n_m2") = py::none(),
+           py::arg("v_n_mps") = py::none(), py::arg("std_v_n_mps") = py::none(), py::arg("fix") = py::none(),
+           "From arrays: times (n,), vectors (n, 3), NED; covariances (n, 3) are NE, ND, ED. A row of v_n_mps that is "
+           "NaN has none.\n\n"
            "Only shapes are checked here (InputError); liealign.flight_from_arrays checks the values too.")
       .def_readonly("config", &Flight::config)
       .def_readonly("warnings", &Flight::warnings)
       .def("imu", &imu_columns, "time_s (n,), omega_ib_b_rps (n, 3), f_ib_b_mps2 (n, 3), as logged.")
       .def("gnss", &gnss_columns,
-           "time_s, lat_deg, lon_deg, height_m, fix (n,); P_n_m2 (n, 3, 3); v_n_mps, std_v_n_mps (n, 3), NaN where absent.");
+           "time_s, lat_deg, lon_deg, height_m, fix (n,); P_n_m2 (n, 3, 3); v_n_mps, std_v_n_mps (n, 3), NaN where "
+           "absent.");
 
   m.def("read_flight", &read_flight, py::arg("config"), py::call_guard<py::gil_scoped_release>(),
         "Reads imu.file and gnss.file. Raises InputError (file:line:column) or ConfigError when a file is not named.");
@@ -140,16 +144,21 @@ void bind_raw_flight(py::module_& m) {
 void bind_flight(py::module_& m) {
   bind_raw_flight(m);
 
-  py::class_<PreparedFlight>(m, "PreparedFlight", "A flight as the filters take it. Read only; times are true times [s].")
+  py::class_<PreparedFlight>(m, "PreparedFlight",
+                             "A flight as the filters take it. Read only; times are true times [s].")
       .def_readonly("config", &PreparedFlight::config)
       .def_readonly("warnings", &PreparedFlight::warnings)
-      .def_property_readonly("rests", [](const PreparedFlight& f) { return spans(f.rests); }, "Begin and end (n, 2) [s].")
-      .def_property_readonly("gaps", [](const PreparedFlight& f) { return spans(f.gaps); }, "Of the IMU log, (n, 2) [s].")
+      .def_property_readonly(
+          "rests", [](const PreparedFlight& f) { return spans(f.rests); }, "Begin and end (n, 2) [s].")
+      .def_property_readonly(
+          "gaps", [](const PreparedFlight& f) { return spans(f.gaps); }, "Of the IMU log, (n, 2) [s].")
       .def_readonly("t_begin_s", &PreparedFlight::t_begin_s, "The run begins: start of the first rest.")
-      .def_property_readonly("t_start_s", [](const PreparedFlight& f) { return f.problem.t_start_s; },
-                             "The last instant of rest; the aligned heading holds here.")
-      .def_property_readonly("t_end_s", [](const PreparedFlight& f) { return f.problem.t_end_s; },
-                             "Fixes up to here are scored by the alignment.")
+      .def_property_readonly(
+          "t_start_s", [](const PreparedFlight& f) { return f.problem.t_start_s; },
+          "The last instant of rest; the aligned heading holds here.")
+      .def_property_readonly(
+          "t_end_s", [](const PreparedFlight& f) { return f.problem.t_end_s; },
+          "Fixes up to here are scored by the alignment.")
       .def_readonly("imu_rate_hz", &PreparedFlight::imu_rate_hz)
       .def_readonly("latency_s", &PreparedFlight::latency_s, "t_true = time_s - latency_s.")
       .def_readonly("imu_noise_scale", &PreparedFlight::imu_noise_scale)
@@ -158,12 +167,13 @@ void bind_flight(py::module_& m) {
 
   m.def("prepare_flight", &prepare_flight, py::arg("flight"), py::call_guard<py::gil_scoped_release>(),
         "Raises InputError when IMU and GNSS do not overlap or the flight does not begin at rest.");
-  m.def("evaluate_candidates",
-        [](const PreparedFlight& flight, const std::vector<HeadingCandidate>& candidates) {
-          return evaluate_candidates(flight.problem, candidates);
-        },
-        py::arg("flight"), py::arg("candidates"), py::call_guard<py::gil_scoped_release>(),
-        "One filter per candidate, in parallel; the result does not depend on the number of threads.");
+  m.def(
+      "evaluate_candidates",
+      [](const PreparedFlight& flight, const std::vector<HeadingCandidate>& candidates) {
+        return evaluate_candidates(flight.problem, candidates);
+      },
+      py::arg("flight"), py::arg("candidates"), py::call_guard<py::gil_scoped_release>(),
+      "One filter per candidate, in parallel; the result does not depend on the number of threads.");
 }
 
 }  // namespace liealign::bindings

@@ -16,12 +16,13 @@ py::dict trajectory_columns(const std::vector<Epoch>& epochs) {
   const std::size_t n = epochs.size();
   py::dict d;
   double *t = add_column(d, "time_s", n), *lat = add_column(d, "lat_deg", n), *lon = add_column(d, "lon_deg", n),
-         *height = add_column(d, "height_m", n), *v = add_column(d, "v_n_mps", n, {3}), *rpy = add_column(d, "rpy_deg", n, {3}),
-         *std_p = add_column(d, "std_p_n_m", n, {3}), *std_v = add_column(d, "std_v_n_mps", n, {3}),
-         *std_rpy = add_column(d, "std_rpy_deg", n, {3}), *ba = add_column(d, "b_a_mps2", n, {3}),
-         *bg = add_column(d, "b_g_rps", n, {3}), *std_ba = add_column(d, "std_b_a_mps2", n, {3}),
-         *std_bg = add_column(d, "std_b_g_rps", n, {3}), *p_e = add_column(d, "p_eb_e_m", n, {3}),
-         *v_e = add_column(d, "v_eb_e_mps", n, {3}), *C = add_column(d, "C_b_e", n, {3, 3});
+         *height = add_column(d, "height_m", n), *v = add_column(d, "v_n_mps", n, {3}),
+         *rpy = add_column(d, "rpy_deg", n, {3}), *std_p = add_column(d, "std_p_n_m", n, {3}),
+         *std_v = add_column(d, "std_v_n_mps", n, {3}), *std_rpy = add_column(d, "std_rpy_deg", n, {3}),
+         *ba = add_column(d, "b_a_mps2", n, {3}), *bg = add_column(d, "b_g_rps", n, {3}),
+         *std_ba = add_column(d, "std_b_a_mps2", n, {3}), *std_bg = add_column(d, "std_b_g_rps", n, {3}),
+         *p_e = add_column(d, "p_eb_e_m", n, {3}), *v_e = add_column(d, "v_eb_e_mps", n, {3}),
+         *C = add_column(d, "C_b_e", n, {3, 3});
   py::gil_scoped_release release;
   for (std::size_t i = 0; i < n; ++i) {
     const Epoch& e = epochs[i];
@@ -63,8 +64,8 @@ py::dict innovation_columns(const Solution& solution) {
   const std::size_t n = solution.fixes.size();
   py::dict d;
   double* t = add_column(d, "time_s", n);
-  const UpdateColumns p = {add_column(d, "res_p_n_m", n, {3}), add_column(d, "std_p_n_m", n, {3}), add_column(d, "nis", n),
-                           add_column(d, "weight", n)};
+  const UpdateColumns p = {add_column(d, "res_p_n_m", n, {3}), add_column(d, "std_p_n_m", n, {3}),
+                           add_column(d, "nis", n), add_column(d, "weight", n)};
   const UpdateColumns v = {add_column(d, "res_v_n_mps", n, {3}), add_column(d, "std_v_n_mps", n, {3}),
                            add_column(d, "nis_velocity", n), add_column(d, "weight_velocity", n)};
   py::list verdict;
@@ -84,8 +85,8 @@ Solution run(const PreparedFlight& flight, const HeadingResult& heading, const p
   return process(flight, heading, callback);
 }
 
-void write(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution,
-           const Config* config) {
+void write(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading,
+           const Solution& solution, const Config* config) {
   py::gil_scoped_release release;
   if (config == nullptr) {
     write_results(folder, flight, heading, solution);
@@ -100,10 +101,12 @@ void write(const std::string& folder, const PreparedFlight& flight, const Headin
 
 void bind_pipeline(py::module_& m) {
   py::class_<Solution>(m, "Solution", "Smoothed (and, on request, filtered) trajectory, and what became of each fix.")
-      .def("smoothed", [](const Solution& s) { return trajectory_columns(s.smoothed); },
-           "Arrays by name: (n,), vectors (n, 3), C_b_e (n, 3, 3), at the IMU stamps.")
-      .def("filtered", [](const Solution& s) { return trajectory_columns(s.filtered); },
-           "The same from the forward pass alone; of length 0 unless output.filtered.")
+      .def(
+          "smoothed", [](const Solution& s) { return trajectory_columns(s.smoothed); },
+          "Arrays by name: (n,), vectors (n, 3), C_b_e (n, 3, 3), at the IMU stamps.")
+      .def(
+          "filtered", [](const Solution& s) { return trajectory_columns(s.filtered); },
+          "The same from the forward pass alone; of length 0 unless output.filtered.")
       .def("innovations", &innovation_columns, "Arrays by name, one row per GNSS record; NaN where it was no update.")
       .def_property_readonly("p_rms_m", [](const Solution& s) { return s.score.p_rms(); })
       .def_property_readonly("epochs", [](const Solution& s) { return s.smoothed.size(); });
@@ -112,11 +115,13 @@ void bind_pipeline(py::module_& m) {
         "Filter and smoother. progress(done, total) is called now and then; returning False raises Cancelled.\n\n"
         "Raises NumericalError.");
   m.def("alignment_json", &alignment_json, py::arg("flight"), py::arg("heading"), "The text of alignment.json.");
-  m.def("summary_json", &summary_json, py::arg("flight"), py::arg("heading"), py::arg("solution"), "The text of summary.json.");
-  m.def("write_results", &write, py::arg("folder"), py::arg("flight"), py::arg("heading"), py::arg("solution"),
-        py::arg("config") = py::none(),
-        "Writes the result files into the folder, which is made if need be; `config` replaces the one in config.toml.\n\n"
-        "Raises InputError when a file cannot be written.");
+  m.def("summary_json", &summary_json, py::arg("flight"), py::arg("heading"), py::arg("solution"),
+        "The text of summary.json.");
+  m.def(
+      "write_results", &write, py::arg("folder"), py::arg("flight"), py::arg("heading"), py::arg("solution"),
+      py::arg("config") = py::none(),
+      "Writes the result files into the folder, which is made if need be; `config` replaces the one in config.toml.\n\n"
+      "Raises InputError when a file cannot be written.");
 }
 
 }  // namespace liealign::bindings

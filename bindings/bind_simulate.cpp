@@ -25,8 +25,9 @@ py::dict truth_columns(const Truth& truth) {
   const std::size_t n = truth.epochs.size();
   py::dict d;
   double *t = add_column(d, "time_s", n), *lat = add_column(d, "lat_deg", n), *lon = add_column(d, "lon_deg", n),
-         *height = add_column(d, "height_m", n), *v = add_column(d, "v_n_mps", n, {3}), *rpy = add_column(d, "rpy_deg", n, {3}),
-         *p_e = add_column(d, "p_eb_e_m", n, {3}), *v_e = add_column(d, "v_eb_e_mps", n, {3}), *C = add_column(d, "C_b_e", n, {3, 3});
+         *height = add_column(d, "height_m", n), *v = add_column(d, "v_n_mps", n, {3}),
+         *rpy = add_column(d, "rpy_deg", n, {3}), *p_e = add_column(d, "p_eb_e_m", n, {3}),
+         *v_e = add_column(d, "v_eb_e_mps", n, {3}), *C = add_column(d, "C_b_e", n, {3, 3});
   const Matrix3d none = Matrix3d::Zero();
   for (std::size_t i = 0; i < n; ++i) {
     const SE23<double>& X = truth.epochs[i].X;
@@ -46,7 +47,8 @@ py::dict truth_columns(const Truth& truth) {
 
 void bind_drone(py::module_& m) {
   using D = DroneFlight;
-  py::class_<D>(m, "DroneFlight", "A multirotor survey flight: parked, take-off, lines flown crabwise, circles, landing, parked.")
+  py::class_<D>(m, "DroneFlight",
+                "A multirotor survey flight: parked, take-off, lines flown crabwise, circles, landing, parked.")
       .def(py::init(&from_keywords<D>))
       .def_readwrite("lat_deg", &D::lat_deg)
       .def_readwrite("lon_deg", &D::lon_deg)
@@ -94,15 +96,19 @@ void bind_simulate(py::module_& m) {
 
   py::class_<SimulatedFlight>(m, "SimulatedFlight", "A flight and its truth.")
       .def_readonly("flight", &SimulatedFlight::flight)
-      .def("truth", [](const SimulatedFlight& s) { return truth_columns(s.truth); },
-           "Arrays by name at the IMU stamps: time_s, lat_deg, lon_deg, height_m (n,); v_n_mps, rpy_deg, p_eb_e_m, v_eb_e_mps (n, 3);\n"
-           "C_b_e (n, 3, 3).");
+      .def(
+          "truth", [](const SimulatedFlight& s) { return truth_columns(s.truth); },
+          "Arrays by name at the IMU stamps: time_s, lat_deg, lon_deg, height_m (n,); v_n_mps, rpy_deg, p_eb_e_m, "
+          "v_eb_e_mps (n, 3);\n"
+          "C_b_e (n, 3, 3).");
 
-  m.def("simulate_flight", &simulate_flight, py::arg("drone"), py::arg("gnss"), py::arg("config"), py::arg("seed"),
+  m.def(
+      "simulate_flight", &simulate_flight, py::arg("drone"), py::arg("gnss"), py::arg("config"), py::arg("seed"),
+      py::call_guard<py::gil_scoped_release>(),
+      "IMU noise of the profile in `config`, drifting biases around a turn-on value (TAES table I), GNSS as given.\n\n"
+      "Raises Error for a field out of range or a duration too short for a flight.");
+  m.def("write_flight", &write_flight, py::arg("folder"), py::arg("simulated"),
         py::call_guard<py::gil_scoped_release>(),
-        "IMU noise of the profile in `config`, drifting biases around a turn-on value (TAES table I), GNSS as given.\n\n"
-        "Raises Error for a field out of range or a duration too short for a flight.");
-  m.def("write_flight", &write_flight, py::arg("folder"), py::arg("simulated"), py::call_guard<py::gil_scoped_release>(),
         "Writes imu.csv, gnss.csv, truth.csv and FLIGHT.toml into the folder, which is made if need be.");
 }
 

@@ -36,7 +36,8 @@ Eigen::MatrixXd derivative_by_left_error(const NavState<double>& X, Function f, 
   Eigen::MatrixXd J;
   for (int i = 0; i < 15; ++i) {
     const Vector<double, 15> eps = step[i] * Vector<double, 15>::Unit(i);
-    const Eigen::VectorXd column = (f(X * NavState<double>::exp(eps)) - f(X * NavState<double>::exp(-eps))) / (2 * step[i]);
+    const Eigen::VectorXd column =
+        (f(X * NavState<double>::exp(eps)) - f(X * NavState<double>::exp(-eps))) / (2 * step[i]);
     if (i == 0) J.resize(column.size(), 15);
     J.col(i) = column;
   }

@@ -25,7 +25,8 @@ ImuSeries rest_move_rest(double vibration) {
     const bool moving = t >= 20 && t < 40;
     const Vector3d turn = moving ? Vector3d(0.1 * std::sin(t), 0.05, 0.3 * std::cos(0.7 * t)) : Vector3d::Zero();
     const Vector3d push = moving ? Vector3d(std::sin(t), 0.5 * std::cos(t), 0) : Vector3d::Zero();
-    imu.push_back({t, Vector3d(0.003, -0.002, 0.001) + turn + normal3(rng, 0.02 * vibration), Vector3d(0.1, -0.2, -9.8) + push + normal3(rng, 0.1 * vibration)});
+    imu.push_back({t, Vector3d(0.003, -0.002, 0.001) + turn + normal3(rng, 0.02 * vibration),
+                   Vector3d(0.1, -0.2, -9.8) + push + normal3(rng, 0.1 * vibration)});
   }
   return imu;
 }
@@ -92,7 +93,8 @@ RestStatistics some_rest() {
 
 const InitialStd kStd{0.006, 3e-4, 2.4e-5, 3.3e-3};
 const Vector3d kLever(0.1, -0.05, -0.3);
-constexpr double kAxes = 1e-7;  // rad: north-east-down axes at the antenna and at the IMU differ by the lever arm over the Earth's radius
+constexpr double kAxes =
+    1e-7;  // rad: north-east-down axes at the antenna and at the IMU differ by the lever arm over the Earth's radius
 
 TEST(Initial, belief_reproduces_what_the_rest_measured) {
   const RestStatistics rest = some_rest();
@@ -133,7 +135,9 @@ TEST(SetHeading, turns_about_down_through_the_antenna_and_replaces_the_heading_v
 // DRONES (7) as printed, in long double.
 double minimum_as_printed(const FitPoint& p1, const FitPoint& p2, const FitPoint& p3) {
   const auto a = [](const FitPoint& i, const FitPoint& j) { return static_cast<long double>(i.x) - j.x; };
-  const auto b = [](const FitPoint& i, const FitPoint& j) { return static_cast<long double>(i.x) * i.x - static_cast<long double>(j.x) * j.x; };
+  const auto b = [](const FitPoint& i, const FitPoint& j) {
+    return static_cast<long double>(i.x) * i.x - static_cast<long double>(j.x) * j.x;
+  };
   return static_cast<double>(0.5L * (b(p2, p3) * p1.y + b(p3, p1) * p2.y + b(p1, p2) * p3.y) /
                              (a(p2, p3) * p1.y + a(p3, p1) * p2.y + a(p1, p2) * p3.y));
 }
@@ -151,7 +155,8 @@ TEST(QuadraticFit, is_the_printed_formula_and_exact_on_parabolas) {
     EXPECT_NEAR(q.minimum_y, y0, 1e-10);
     EXPECT_NEAR(q.curvature, 2 * c, 1e-10);
     // DRONES (8)
-    const double test = p1.y / ((p1.x - p2.x) * (p1.x - p3.x)) + p2.y / ((p2.x - p1.x) * (p2.x - p3.x)) + p3.y / ((p3.x - p1.x) * (p3.x - p2.x));
+    const double test = p1.y / ((p1.x - p2.x) * (p1.x - p3.x)) + p2.y / ((p2.x - p1.x) * (p2.x - p3.x)) +
+                        p3.y / ((p3.x - p1.x) * (p3.x - p2.x));
     EXPECT_NEAR(q.curvature, 2 * test, 1e-10);
     EXPECT_TRUE(q.has_minimum());
     EXPECT_FALSE(fit_parabola({p1.x, -p1.y}, {p2.x, -p2.y}, {p3.x, -p3.y}).has_minimum());
@@ -197,9 +202,13 @@ TEST(QuadraticSearch, says_that_a_flat_curve_has_no_minimum) {
 }
 
 TEST(QuadraticSearch, survives_failed_evaluations_and_its_budget) {
-  const QuadraticSearch s = run(0, 6, [](double x) { return x < -5 ? std::numeric_limits<double>::quiet_NaN() : 0.5 * x * x; });
+  const QuadraticSearch s =
+      run(0, 6, [](double x) { return x < -5 ? std::numeric_limits<double>::quiet_NaN() : 0.5 * x * x; });
   EXPECT_TRUE(s.settled());
-  EXPECT_LE(run(0, 6, [](double x) { return -x; }, 20).evaluations(), 22);
+  EXPECT_LE(run(
+                0, 6, [](double x) { return -x; }, 20)
+                .evaluations(),
+            22);
 }
 
 HeadingSearchOptions search_options() {
@@ -232,7 +241,8 @@ double sinusoidal(const HeadingCandidate& c, double truth, double sigma) {
 
 TEST(HeadingSearch, finds_any_heading_of_the_circle_without_a_guess) {
   for (double truth = 0; truth < 360; truth += 7.3) {
-    const HeadingResult r = search(search_options(), [&](const HeadingCandidate& c) { return sinusoidal(c, truth * kDeg, 0.05 * kDeg); });
+    const HeadingResult r =
+        search(search_options(), [&](const HeadingCandidate& c) { return sinusoidal(c, truth * kDeg, 0.05 * kDeg); });
     EXPECT_NEAR(wrap_pi(r.heading_rad - truth * kDeg) / kDeg, 0, 0.005);
     ASSERT_TRUE(r.sigma_rad);
     EXPECT_NEAR(*r.sigma_rad / kDeg, 0.05, 0.001);

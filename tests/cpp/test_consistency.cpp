@@ -9,12 +9,12 @@
 #include <omp.h>
 #endif
 
+#include "flights.hpp"
 #include "liealign/earth/geodesy.hpp"
 #include "liealign/estimate/smoother.hpp"
 #include "liealign/lie/gaussian.hpp"
 #include "liealign/pipeline/process.hpp"
 #include "liealign/pipeline/settings.hpp"
-#include "flights.hpp"
 
 namespace liealign {
 namespace {
@@ -32,10 +32,11 @@ Model::Covariance initial_covariance(const SE23<double>& X) {
   const Matrix3d C_b_n = C_n_e(X.p).transpose() * X.C;
   const double tilt = kDegToRad / 3, heading = 5 * kDegToRad / 3;
   Vector<double, 15> s;
-  s << Vector3d::Zero(), Vector3d::Constant(0.001 / 3), Vector3d::Constant(0.1 / 3), Vector3d::Constant(kMilliGToMps2 / 3),
-      Vector3d::Constant(15 * kDegPerHourToRadPerSecond / 3);
+  s << Vector3d::Zero(), Vector3d::Constant(0.001 / 3), Vector3d::Constant(0.1 / 3),
+      Vector3d::Constant(kMilliGToMps2 / 3), Vector3d::Constant(15 * kDegPerHourToRadPerSecond / 3);
   Model::Covariance P = s.cwiseAbs2().asDiagonal();
-  P.block<3, 3>(kPhi, kPhi) = C_b_n.transpose() * Vector3d(tilt * tilt, tilt * tilt, heading * heading).asDiagonal() * C_b_n;
+  P.block<3, 3>(kPhi, kPhi) =
+      C_b_n.transpose() * Vector3d(tilt * tilt, tilt * tilt, heading * heading).asDiagonal() * C_b_n;
   return P;
 }
 
@@ -47,7 +48,8 @@ struct Keeper : SilentVisitor<Model> {
     nis += i.nis;
     ++fixes;
   }
-  void checkpoint(std::size_t, const Belief<Model>& b, const ImuCursor& c, const NavState<double>& X, const Model::Covariance& P) {
+  void checkpoint(std::size_t, const Belief<Model>& b, const ImuCursor& c, const NavState<double>& X,
+                  const Model::Covariance& P) {
     checkpoints.push_back({b, c, {X, P}});
   }
 };
@@ -115,13 +117,14 @@ MatchedRun matched_run(const Truth& truth, std::uint64_t seed) {
     const double t = at.t_s - truth.epochs[0].t_s;
     return std::abs(std::remainder(t, 10.0)) < 1e-6 && t > 1.0 && data.imu[at.k - 1].t_s == at.t_s;
   };
-  smooth(Ekf<Model>{options.dynamics, true}, data, keeper.checkpoints, [](std::size_t, const Belief<Model>&) {},
-         [&](std::size_t i, const Belief<Model>& smoothed) {
-           const ImuCursor& at = keeper.checkpoints[i].cursor;
-           if (!wanted(at)) return;
-           run.nees_filter.push_back(nees(at.k - 1, keeper.checkpoints[i].updated, run.squares_filter));
-           run.nees_smoother.push_back(nees(at.k - 1, smoothed, run.squares_smoother));
-         });
+  smooth(
+      Ekf<Model>{options.dynamics, true}, data, keeper.checkpoints, [](std::size_t, const Belief<Model>&) {},
+      [&](std::size_t i, const Belief<Model>& smoothed) {
+        const ImuCursor& at = keeper.checkpoints[i].cursor;
+        if (!wanted(at)) return;
+        run.nees_filter.push_back(nees(at.k - 1, keeper.checkpoints[i].updated, run.squares_filter));
+        run.nees_smoother.push_back(nees(at.k - 1, smoothed, run.squares_smoother));
+      });
   return run;
 }
 
@@ -129,7 +132,8 @@ TEST(Consistency, nees_of_filter_and_smoother_and_nis_lie_in_their_bands) {
   const Truth truth = drone_truth(short_flight(), Mechanization::exact, GravityModel::normal);
   std::vector<MatchedRun> runs(kSeeds);
 #pragma omp parallel for schedule(dynamic, 1)
-  for (int s = 0; s < kSeeds; ++s) runs[static_cast<std::size_t>(s)] = matched_run(truth, static_cast<std::uint64_t>(s + 1));
+  for (int s = 0; s < kSeeds; ++s)
+    runs[static_cast<std::size_t>(s)] = matched_run(truth, static_cast<std::uint64_t>(s + 1));
   double filter = 0, smoother = 0, nis = 0;
   Vector<double, 15> squares_filter = Vector<double, 15>::Zero(), squares_smoother = Vector<double, 15>::Zero();
   std::size_t n = 0;
@@ -239,7 +243,10 @@ TEST(Smoother, is_better_than_the_filter_on_every_channel_over_the_seeds) {
       s += smoother[k][c] / kSeeds;
     }
     const double unit = c < 3 ? kRadToDeg : 1.0;
-    std::printf("%-8s filter %.5f smoother %.5f %s\n", names[c], std::sqrt(f) * unit, std::sqrt(s) * unit, c < 3 ? "deg" : c < 6 ? "m/s" : "m");
+    std::printf("%-8s filter %.5f smoother %.5f %s\n", names[c], std::sqrt(f) * unit, std::sqrt(s) * unit,
+                c < 3   ? "deg"
+                : c < 6 ? "m/s"
+                        : "m");
     EXPECT_LT(s, f) << names[c];
   }
 }

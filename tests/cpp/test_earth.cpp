@@ -24,7 +24,8 @@ TEST(Geodesy, ecef_round_trip_is_below_five_nanometres) {
       if (i == 2) latitude = 0;
       const Geodetic g{latitude * kDegToRad, lon(rng) * kDegToRad, height};
       const Vector3d p = ecef_from_geodetic(g);
-      EXPECT_LT((ecef_from_geodetic(geodetic_from_ecef(p)) - p).norm(), 5e-9 * std::max(1.0, height / 1e6)) << latitude << " " << height;
+      EXPECT_LT((ecef_from_geodetic(geodetic_from_ecef(p)) - p).norm(), 5e-9 * std::max(1.0, height / 1e6))
+          << latitude << " " << height;
       EXPECT_NEAR(geodetic_from_ecef(p).height_m, height, 5e-9 * std::max(1.0, height / 1e6));
     }
   }
@@ -40,9 +41,12 @@ TEST(Geodesy, ned_axes_are_the_derivatives_of_position) {
   const double h = 1e-6;
   const auto axis = [](const Vector3d& a, const Vector3d& b) { return ((b - a) / (b - a).norm()).eval(); };
   Matrix3d C;
-  C.col(0) = axis(ecef_from_geodetic({g.lat_rad - h, g.lon_rad, g.height_m}), ecef_from_geodetic({g.lat_rad + h, g.lon_rad, g.height_m}));
-  C.col(1) = axis(ecef_from_geodetic({g.lat_rad, g.lon_rad - h, g.height_m}), ecef_from_geodetic({g.lat_rad, g.lon_rad + h, g.height_m}));
-  C.col(2) = axis(ecef_from_geodetic({g.lat_rad, g.lon_rad, g.height_m + 1}), ecef_from_geodetic({g.lat_rad, g.lon_rad, g.height_m - 1}));
+  C.col(0) = axis(ecef_from_geodetic({g.lat_rad - h, g.lon_rad, g.height_m}),
+                  ecef_from_geodetic({g.lat_rad + h, g.lon_rad, g.height_m}));
+  C.col(1) = axis(ecef_from_geodetic({g.lat_rad, g.lon_rad - h, g.height_m}),
+                  ecef_from_geodetic({g.lat_rad, g.lon_rad + h, g.height_m}));
+  C.col(2) = axis(ecef_from_geodetic({g.lat_rad, g.lon_rad, g.height_m + 1}),
+                  ecef_from_geodetic({g.lat_rad, g.lon_rad, g.height_m - 1}));
   EXPECT_LT((C - C_n_e(g.lat_rad, g.lon_rad)).cwiseAbs().maxCoeff(), 1e-8);
   EXPECT_NEAR(C_n_e(ecef_from_geodetic(g)).determinant(), 1.0, 1e-14);
 }
@@ -72,17 +76,18 @@ TEST(Gravity, normal_model_equals_somigliana_on_the_ellipsoid) {
     worst = std::max(worst, (g_n - Vector3d(0, 0, somigliana(lat * kDegToRad))).norm());
     worst_j2 = std::max(worst_j2, (gravity_e(p, GravityModel::j2) - gravity_e(p, GravityModel::normal)).norm());
   }
-  EXPECT_LT(worst, 1e-9);     // stated in gravity.hpp
+  EXPECT_LT(worst, 1e-9);       // stated in gravity.hpp
   EXPECT_LT(worst_j2, 1.5e-4);  // stated in gravity.hpp
-  EXPECT_GT(worst_j2, 1e-6);  // the models do differ
+  EXPECT_GT(worst_j2, 1e-6);    // the models do differ
 }
 
 TEST(Gravity, falls_with_height_as_the_published_series) {
   // NGA.STND.0036 (4-3): free-air formula, of first order in the flattening: f^2 of 3.1e-6 1/s^2 is left out.
   const double lat = 48.2 * kDegToRad, s2 = std::sin(lat) * std::sin(lat), m = 0.00344978650684;
   for (double h : {100.0, 500.0, 2000.0}) {
-    const double published = somigliana(lat) * (1 - 2 / wgs84::kA * (1 + wgs84::kFlattening + m - 2 * wgs84::kFlattening * s2) * h +
-                                                3 / (wgs84::kA * wgs84::kA) * h * h);
+    const double published =
+        somigliana(lat) * (1 - 2 / wgs84::kA * (1 + wgs84::kFlattening + m - 2 * wgs84::kFlattening * s2) * h +
+                           3 / (wgs84::kA * wgs84::kA) * h * h);
     const Vector3d g_n = C_n_e(lat, 0).transpose() * gravity_e(ecef_from_geodetic({lat, 0, h}), GravityModel::normal);
     EXPECT_NEAR(g_n.z(), published, 5e-11 * h) << h;
   }
@@ -95,7 +100,9 @@ TEST(Gravity, gradient_is_within_one_percent_of_the_numeric_one) {
     Matrix3d numeric;
     for (int i = 0; i < 3; ++i) {
       const Vector3d d = 100 * Vector3d::Unit(i);
-      numeric.col(i) = (gravitation_e<double>(p + d, GravityModel::normal) - gravitation_e<double>(p - d, GravityModel::normal)) / 200;
+      numeric.col(i) =
+          (gravitation_e<double>(p + d, GravityModel::normal) - gravitation_e<double>(p - d, GravityModel::normal)) /
+          200;
     }
     EXPECT_LT((analytic - numeric).norm(), 0.01 * numeric.norm());
   }

@@ -56,9 +56,11 @@ TEST(Ekf, one_update_equals_linear_least_squares) {
     const Cov scaled_P = s.cwiseInverse().asDiagonal() * prior.P * s.cwiseInverse().asDiagonal();
     const Eigen::Matrix<double, 3, 15> H = m.H * s.asDiagonal();
     const Cov information = scaled_P.inverse() + H.transpose() * R.inverse() * H;
-    const Vector<double, 15> eps = s.asDiagonal() * information.ldlt().solve(Vector<double, 15>(H.transpose() * R.inverse() * z));
+    const Vector<double, 15> eps =
+        s.asDiagonal() * information.ldlt().solve(Vector<double, 15>(H.transpose() * R.inverse() * z));
     const Vector<double, 15> moved = Model::local(prior.X, belief.X);
-    for (int i = 0; i < 15; ++i) EXPECT_NEAR(moved[i] / s[i], eps[i] / s[i], 3e-8 / s[i] * (i >= 6 && i < 9 ? 1.0 : 1e-3) + 1e-7);
+    for (int i = 0; i < 15; ++i)
+      EXPECT_NEAR(moved[i] / s[i], eps[i] / s[i], 3e-8 / s[i] * (i >= 6 && i < 9 ? 1.0 : 1e-3) + 1e-7);
     const Cov P = s.asDiagonal() * information.inverse() * s.asDiagonal();
     const Cov relative = s.cwiseInverse().asDiagonal() * (belief.P - P) * s.cwiseInverse().asDiagonal();
     EXPECT_LT(relative.cwiseAbs().maxCoeff(), 1e-3);  // the reset moves P by |eps|
@@ -182,7 +184,8 @@ struct RestCase {
     belief.X.first.v.setZero();
     belief.X.second.x.setZero();
     Vector<double, 15> sigma;
-    sigma << Vector3d::Constant(1e-3), Vector3d::Constant(1e-3), Vector3d::Constant(0.02), Vector3d::Constant(1e-3), Vector3d::Constant(1e-5);
+    sigma << Vector3d::Constant(1e-3), Vector3d::Constant(1e-3), Vector3d::Constant(0.02), Vector3d::Constant(1e-3),
+        Vector3d::Constant(1e-5);
     belief.P = sigma.cwiseAbs2().asDiagonal();
     options.dynamics.noise = table_1_noise();
     const Vector3d f = -belief.X.first.C.transpose() * gravity_e(belief.X.first.p, GravityModel::normal);
@@ -255,7 +258,7 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
   RestCase c;
   c.data.imu.resize(41);  // 0.4 s
   std::mt19937 rng(7);
-  c.belief.P *= 1e-6;     // small enough for the group to be linear
+  c.belief.P *= 1e-6;  // small enough for the group to be linear
   c.options.dynamics.noise.gyro_arw *= 1e-3;
   c.options.dynamics.noise.accel_vrw *= 1e-3;
   c.options.dynamics.noise.gyro_bias_rw = 1e-8;
@@ -273,7 +276,8 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
       transitions.push_back(t);
       predicted.push_back(b);
     }
-    void checkpoint(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NavState<double>& X, const Cov& P) {
+    void checkpoint(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NavState<double>& X,
+                    const Cov& P) {
       checkpoints.push_back({b, cursor, {X, P}});
     }
   } keeper;
@@ -282,8 +286,9 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
   keeper.checkpoints.push_back({belief, start, belief});
   forward_pass(c.data, c.options, belief, start, 1.0, keeper);
   std::vector<Belief<Model>> smoothed(c.data.imu.size());
-  smooth(ekf, c.data, keeper.checkpoints, [&](std::size_t k, const Belief<Model>& b) { smoothed[k] = b; },
-         [](std::size_t, const Belief<Model>&) {});
+  smooth(
+      ekf, c.data, keeper.checkpoints, [&](std::size_t k, const Belief<Model>& b) { smoothed[k] = b; },
+      [](std::size_t, const Belief<Model>&) {});
 
   // Batch: unknown eps_0 and the process noises; eps_{k+1} = F_k eps_k + w_k about the unaided trajectory.
   const int n = 40;
@@ -310,7 +315,8 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
     const Cov& Fk = F[static_cast<std::size_t>(k)];
     P.block(15 * (k + 1), 0, 15, 15 * (k + 1)) = Fk * P.block(15 * k, 0, 15, 15 * (k + 1));
     P.block(0, 15 * (k + 1), 15 * (k + 1), 15) = P.block(15 * (k + 1), 0, 15, 15 * (k + 1)).transpose();
-    P.block<15, 15>(15 * (k + 1), 15 * (k + 1)) = Fk * P.block<15, 15>(15 * k, 15 * k) * Fk.transpose() + Q[static_cast<std::size_t>(k)];
+    P.block<15, 15>(15 * (k + 1), 15 * (k + 1)) =
+        Fk * P.block<15, 15>(15 * k, 15 * k) * Fk.transpose() + Q[static_cast<std::size_t>(k)];
   }
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(12, N);
   Eigen::VectorXd z(12);
@@ -342,7 +348,9 @@ TEST(Solution, output_sigmas_follow_the_left_error) {
   X.first.C = C_n_e(X.first.p) * C_b_n_from_rpy({0.2, -0.3, 1.0});
   Belief<Model> belief{X, 1e-8 * random_covariance(rng)};
   const NavRow row = nav_row(epoch_of(0, belief));
-  const auto angles = [](const NavState<double>& Y) -> Eigen::VectorXd { return rpy_from_C_b_n(C_n_e(Y.first.p).transpose() * Y.first.C); };
+  const auto angles = [](const NavState<double>& Y) -> Eigen::VectorXd {
+    return rpy_from_C_b_n(C_n_e(Y.first.p).transpose() * Y.first.C);
+  };
   Eigen::MatrixXd J = testing::derivative_by_left_error(X, angles, testing::default_steps());
   J.rightCols(9).setZero();  // attitude of the axes by position: not part of a standard deviation of attitude
   const Vector3d expected = (J * belief.P * J.transpose()).diagonal().cwiseSqrt();

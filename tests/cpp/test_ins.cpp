@@ -55,7 +55,8 @@ TEST(MechanizationExact, equals_dense_integration_of_the_navigation_equations) {
     const Nav X = random_state(rng).first;
     const Vector3d omega = normal3(rng, 1.0), f = normal3(rng, 10.0);
     for (double dt : {0.005, 0.1, 1.0}) {
-      const Nav dense = integrate_rk4(X, 0, dt, 400, [&](double) { return omega; }, [&](double) { return f; });
+      const Nav dense = integrate_rk4(
+          X, 0, dt, 400, [&](double) { return omega; }, [&](double) { return f; });
       const Nav exact = mechanize_exact(X, {omega, f, dt}, GravityModel::normal);
       // Left out: gravitation changing along the step, (3e-6 v + 7e-5 g) dt^3/12 in position.
       const double gravitation = 1e-4 * dt * dt * dt;
@@ -77,7 +78,8 @@ TEST(MechanizationPaper, misses_the_half_acceleration_term_as_the_design_measure
     paper = mechanize_paper(paper, {omega, f, 0.005}, GravityModel::normal);
     exact = mechanize_exact(exact, {omega, f, 0.005}, GravityModel::normal);
   }
-  const Nav dense = integrate_rk4(X, 0, 1, 2000, [&](double) { return omega; }, [&](double) { return f; });
+  const Nav dense = integrate_rk4(
+      X, 0, 1, 2000, [&](double) { return omega; }, [&](double) { return f; });
   EXPECT_GT((paper.v - dense.v).norm(), 0.01);
   EXPECT_LT((paper.v - dense.v).norm(), 0.1);
   EXPECT_LT((exact.v - dense.v).norm(), 1e-6);
@@ -107,7 +109,8 @@ TEST_P(TransitionLaws, equal_numeric_derivatives_block_by_block) {
         // gradient (3e-6 dt) and its part by velocity (3e-6 dt^2 / 2), which the transition leaves out.
         const double second_order = column < kNu ? 1e-6 * std::max(1.0, 15 * dt) : 0.0;
         const double tolerance = 2e-9 / default_steps()[column] + second_order + 3e-8 * dt + 1.6e-6 * dt * dt;
-        EXPECT_LT((numeric.col(column) - analytic.col(column)).cwiseAbs().maxCoeff(), tolerance) << "column " << column << " dt " << dt;
+        EXPECT_LT((numeric.col(column) - analytic.col(column)).cwiseAbs().maxCoeff(), tolerance)
+            << "column " << column << " dt " << dt;
       }
     }
   }
@@ -138,8 +141,8 @@ TEST(Measurements, equal_numeric_derivatives) {
     const NavState<double> X = random_state(rng);
     const Vector3d omega = normal3(rng, 1.0);
     const auto check = [&](auto predict, const char* name) {
-      const Eigen::MatrixXd numeric =
-          derivative_by_left_error(X, [&](const NavState<double>& Y) -> Eigen::VectorXd { return predict(Y).h; }, default_steps());
+      const Eigen::MatrixXd numeric = derivative_by_left_error(
+          X, [&](const NavState<double>& Y) -> Eigen::VectorXd { return predict(Y).h; }, default_steps());
       // 2e-9 m of rounding and the second order, both over the attitude step of 1e-3
       EXPECT_LT((numeric - predict(X).H).cwiseAbs().maxCoeff(), 3e-6) << name;
     };
@@ -169,9 +172,12 @@ TEST(PrepareImu, coning_and_sculling_corrections_gain_an_order_of_magnitude) {
   const Nav X = random_state(rng).first;
   const double amplitude = 0.05, frequency = 2 * kPi * 5.0, dt = 0.01;
   const auto omega = [&](double t) {
-    return Vector3d(amplitude * frequency * std::cos(frequency * t), amplitude * frequency * std::sin(frequency * t), 0.3);
+    return Vector3d(amplitude * frequency * std::cos(frequency * t), amplitude * frequency * std::sin(frequency * t),
+                    0.3);
   };
-  const auto force = [&](double t) { return Vector3d(3 * std::sin(frequency * t), -3 * std::cos(frequency * t), -9.8); };
+  const auto force = [&](double t) {
+    return Vector3d(3 * std::sin(frequency * t), -3 * std::cos(frequency * t), -9.8);
+  };
   ImuSeries log;
   for (int k = 0; k <= 400; ++k) {
     ImuSample s;
@@ -221,7 +227,8 @@ TEST(PrepareImu, increments_means_and_slow_instants_agree) {
 
 TEST(PrepareImu, reports_gaps_and_bridges_them_by_the_mean_of_the_neighbours) {
   ImuSeries log;
-  for (int k = 0; k < 20; ++k) log.push_back({k < 10 ? 0.01 * k : 0.5 + 0.01 * k, Vector3d(k, 0, 0), Vector3d(0, k, 0)});
+  for (int k = 0; k < 20; ++k)
+    log.push_back({k < 10 ? 0.01 * k : 0.5 + 0.01 * k, Vector3d(k, 0, 0), Vector3d(0, k, 0)});
   const PreparedImu p = prepare_imu(log, ImuSampleKind::mean, Matrix3d::Identity(), 0.1);
   ASSERT_EQ(p.gaps.size(), 1u);
   EXPECT_DOUBLE_EQ(p.gaps[0].begin_s, 0.09);
@@ -232,7 +239,8 @@ TEST(PrepareImu, reports_gaps_and_bridges_them_by_the_mean_of_the_neighbours) {
 
 TEST(PrepareImu, an_increment_after_a_gap_counts_for_a_usual_interval) {
   ImuSeries log;
-  for (int k = 0; k < 20; ++k) log.push_back({k < 10 ? 0.01 * k : 0.5 + 0.01 * k, Vector3d(0.02, 0, 0), Vector3d(0, 0, -0.1)});
+  for (int k = 0; k < 20; ++k)
+    log.push_back({k < 10 ? 0.01 * k : 0.5 + 0.01 * k, Vector3d(0.02, 0, 0), Vector3d(0, 0, -0.1)});
   const PreparedImu p = prepare_imu(log, ImuSampleKind::increment, Matrix3d::Identity(), 0.1);
   for (std::size_t k = 1; k < p.samples.size(); ++k) EXPECT_NEAR(p.samples[k].omega_ib_b.x(), 2.0, 1e-9) << k;
 }
@@ -242,7 +250,8 @@ TEST(PrepareImu, axes_declarations_turn_the_sensor_into_forward_right_down) {
   EXPECT_EQ(C_s_b_from_axes("FLU") * Vector3d(1, 2, 3), Vector3d(1, -2, -3));
   EXPECT_EQ(C_s_b_from_axes("RFU") * Vector3d(1, 2, 3), Vector3d(2, 1, -3));
   EXPECT_EQ(C_s_b_from_axes("BLD") * Vector3d(1, 2, 3), Vector3d(-1, -2, 3));
-  for (const char* wrong : {"FRU", "FFD", "FR", "XYZ", "frd", ""}) EXPECT_THROW(C_s_b_from_axes(wrong), ConfigError) << wrong;
+  for (const char* wrong : {"FRU", "FFD", "FR", "XYZ", "frd", ""})
+    EXPECT_THROW(C_s_b_from_axes(wrong), ConfigError) << wrong;
 }
 
 TEST(ImuProfiles, unknown_name_lists_the_known_ones) {

@@ -19,7 +19,8 @@ namespace {
 
 using NavGroup = Product<SE23<double>, Translation<double, 6>>;
 
-const std::vector<double> kAngles = {0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.4999, 0.5001, 1, 3, kPi - 1e-6};
+const std::vector<double> kAngles = {0,    1e-9, 1e-8,   1e-7,   1e-6, 1e-5, 1e-4,      1e-3,
+                                     1e-2, 1e-1, 0.4999, 0.5001, 1,    3,    kPi - 1e-6};
 const std::vector<double> kPositions = {0, 1, 6.4e6};
 
 // Group-specific tangents: the first three entries are the rotation vector where there is one.
@@ -83,7 +84,8 @@ TYPED_TEST(GroupLaws, inverse_and_associativity) {
   this->for_each_tangent([&](const auto& xi, double scale, double) {
     const TypeParam X = TypeParam::exp(xi);
     EXPECT_LT((X * X.inverse()).log().cwiseAbs().maxCoeff(), 1e-14 * scale);
-    const TypeParam Y = TypeParam::exp(tangent<TypeParam>(0.7, 1.0, rng)), Z = TypeParam::exp(tangent<TypeParam>(1.9, 1.0, rng));
+    const TypeParam Y = TypeParam::exp(tangent<TypeParam>(0.7, 1.0, rng)),
+                    Z = TypeParam::exp(tangent<TypeParam>(1.9, 1.0, rng));
     EXPECT_LT(difference((X * Y) * Z, X * (Y * Z)), 2e-14 * scale);
   });
 }
@@ -109,8 +111,10 @@ TYPED_TEST(GroupLaws, small_adjoint_is_the_derivative_of_the_adjoint) {
 
 TYPED_TEST(GroupLaws, jacobians_equal_their_defining_series) {
   this->for_each_tangent([](const auto& xi, double scale, double) {
-    EXPECT_LT((TypeParam::left_jacobian(xi) - jacobian_by_series<TypeParam>(xi, true)).cwiseAbs().maxCoeff(), 3e-15 * scale * 3);
-    EXPECT_LT((TypeParam::right_jacobian(xi) - jacobian_by_series<TypeParam>(xi, false)).cwiseAbs().maxCoeff(), 3e-15 * scale * 3);
+    EXPECT_LT((TypeParam::left_jacobian(xi) - jacobian_by_series<TypeParam>(xi, true)).cwiseAbs().maxCoeff(),
+              3e-15 * scale * 3);
+    EXPECT_LT((TypeParam::right_jacobian(xi) - jacobian_by_series<TypeParam>(xi, false)).cwiseAbs().maxCoeff(),
+              3e-15 * scale * 3);
   });
 }
 
@@ -150,7 +154,8 @@ TEST(So3, exp_coefficients_equal_their_series_in_long_double) {
         sum += term;
         term *= -static_cast<long double>(angle) * angle / ((2.0L * k + n + 1) * (2.0L * k + n + 2));
       }
-      EXPECT_NEAR(a[static_cast<std::size_t>(n)], static_cast<double>(sum), n < 6 ? 2e-15 : 1e-14) << n << " at " << angle;
+      EXPECT_NEAR(a[static_cast<std::size_t>(n)], static_cast<double>(sum), n < 6 ? 2e-15 : 1e-14)
+          << n << " at " << angle;
       if (angle < kSeriesAngle) {
         EXPECT_NEAR(a[static_cast<std::size_t>(n)] / static_cast<double>(sum), 1.0, 1e-15) << n;
       }
@@ -233,7 +238,8 @@ TEST(ConcentratedGaussian, samples_have_the_mean_and_covariance_they_were_drawn_
     sum += eps;
     outer += eps * eps.transpose();
     // density at X against density at the mean gives the Mahalanobis distance
-    mahalanobis += -2 * (concentrated_gaussian_log_density(X, mean, P) - concentrated_gaussian_log_density(mean, mean, P));
+    mahalanobis +=
+        -2 * (concentrated_gaussian_log_density(X, mean, P) - concentrated_gaussian_log_density(mean, mean, P));
   }
   const double largest = P.diagonal().maxCoeff();
   EXPECT_LT((sum / n).cwiseAbs().maxCoeff(), 5 * std::sqrt(largest / n));
@@ -255,7 +261,8 @@ TEST(ConcentratedGaussian, density_integrates_to_one_on_the_line) {
 }
 
 TEST(ConcentratedGaussian, refuses_an_indefinite_covariance) {
-  EXPECT_THROW(sample_concentrated_gaussian(SO3<double>{}, Matrix3d(-Matrix3d::Identity()), Vector3d(0, 0, 0)), NumericalError);
+  EXPECT_THROW(sample_concentrated_gaussian(SO3<double>{}, Matrix3d(-Matrix3d::Identity()), Vector3d(0, 0, 0)),
+               NumericalError);
 }
 
 }  // namespace

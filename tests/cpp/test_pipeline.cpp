@@ -88,7 +88,8 @@ TEST(Pipeline, gross_outliers_move_neither_heading_nor_trajectory) {
     f.config.gnss.outlier = treatment;
     const PreparedFlight prepared = prepare_flight(f);
     const HeadingResult r = align(prepared);
-    EXPECT_LT(std::abs(wrap_pi(r.heading_rad - true_heading(s, prepared.problem.t_start_s))) * kRadToDeg, 0.5) << treatment;
+    EXPECT_LT(std::abs(wrap_pi(r.heading_rad - true_heading(s, prepared.problem.t_start_s))) * kRadToDeg, 0.5)
+        << treatment;
     const Solution solution = process(prepared, r);
     double worst = 0;
     for (const Epoch& e : solution.smoothed) worst = std::max(worst, (e.X.first.p - truth_at(s.truth, e.t_s).p).norm());
@@ -105,8 +106,9 @@ TEST(Pipeline, a_gap_in_the_imu_log_is_bridged_reported_and_felt) {
   std::erase_if(f.imu, [](const ImuSample& x) { return x.t_s > 1050.3 && x.t_s < 1050.9; });
   const PreparedFlight prepared = prepare_flight(f);
   ASSERT_EQ(prepared.gaps.size(), 1u);
-  EXPECT_TRUE(std::any_of(prepared.warnings.begin(), prepared.warnings.end(),
-                          [](const std::string& w) { return w.find("gap from 1050.300 s to 1050.900 s") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(prepared.warnings.begin(), prepared.warnings.end(), [](const std::string& w) {
+    return w.find("gap from 1050.300 s to 1050.900 s") != std::string::npos;
+  }));
   const HeadingResult r = align(prepared);
   const Solution with_gap = process(prepared, r), whole = process(prepare_flight(s.flight), r);
   const auto sigma_v = [](const Solution& x, double t) {
@@ -159,7 +161,8 @@ TEST(Pipeline, a_noise_model_that_is_too_small_is_said) {
   const auto said = [](const Flight& flight) {
     const PreparedFlight prepared = prepare_flight(flight);
     const std::vector<std::string> warnings = run_warnings(prepared, align(prepared));
-    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& w) { return w.find("raise imu.noise_scale") != std::string::npos; });
+    return std::any_of(warnings.begin(), warnings.end(),
+                       [](const std::string& w) { return w.find("raise imu.noise_scale") != std::string::npos; });
   };
   EXPECT_FALSE(said(s.flight));
   Flight small = s.flight;
@@ -178,11 +181,13 @@ TEST(Results, leave_no_part_file_and_the_config_reads_back) {
   std::vector<std::string> names;
   for (const auto& file : std::filesystem::directory_iterator(folder)) names.push_back(file.path().filename().string());
   std::sort(names.begin(), names.end());
-  EXPECT_EQ(names, (std::vector<std::string>{"alignment.json", "biases.csv", "config.toml", "innovations.csv", "summary.json", "trajectory.csv"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"alignment.json", "biases.csv", "config.toml", "innovations.csv",
+                                             "summary.json", "trajectory.csv"}));
   const std::string trajectory = read_text_file((folder / "trajectory.csv").string());
-  EXPECT_EQ(trajectory.substr(0, trajectory.find('\n')),
-            "time_s,lat_deg,lon_deg,height_m,vn_mps,ve_mps,vd_mps,roll_deg,pitch_deg,heading_deg,std_n_m,std_e_m,std_d_m,"
-            "std_vn_mps,std_ve_mps,std_vd_mps,std_roll_deg,std_pitch_deg,std_heading_deg");
+  EXPECT_EQ(
+      trajectory.substr(0, trajectory.find('\n')),
+      "time_s,lat_deg,lon_deg,height_m,vn_mps,ve_mps,vd_mps,roll_deg,pitch_deg,heading_deg,std_n_m,std_e_m,std_d_m,"
+      "std_vn_mps,std_ve_mps,std_vd_mps,std_roll_deg,std_pitch_deg,std_heading_deg");
   std::filesystem::remove_all(folder);
 }
 
@@ -200,7 +205,9 @@ TEST(Pipeline, refuses_flights_it_cannot_start_and_says_why) {
   };
   Flight late = s.flight;
   for (GnssRecord& r : late.gnss) r.t_s += 1000;
-  EXPECT_NE(refusal(late).find("do not overlap: imu.csv covers 1000.000 s to 1110.000 s, gnss.csv 20"), std::string::npos) << refusal(late);
+  EXPECT_NE(refusal(late).find("do not overlap: imu.csv covers 1000.000 s to 1110.000 s, gnss.csv 20"),
+            std::string::npos)
+      << refusal(late);
   Flight air = s.flight;
   std::erase_if(air.imu, [](const ImuSample& x) { return x.t_s < 1030 || x.t_s > 1095; });
   EXPECT_NE(refusal(air).find("the log holds no rest"), std::string::npos) << refusal(air);

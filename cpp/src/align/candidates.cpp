@@ -15,7 +15,9 @@ struct ScoringVisitor : SilentVisitor<Model> {
   FilterOptions options;
   Score<double> score;
 
-  void updated(const Event&, UpdateKind kind, const Innovation<double>& innovation) { score.add(options, kind, innovation); }
+  void updated(const Event&, UpdateKind kind, const Innovation<double>& innovation) {
+    score.add(options, kind, innovation);
+  }
 };
 
 CandidateScore evaluate(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
@@ -34,12 +36,14 @@ CandidateScore evaluate(const AlignmentProblem& problem, const HeadingCandidate&
 
   ScoringVisitor visitor{{}, scoring, {}};
   forward_pass(data, filter, belief, cursor, problem.t_end_s, visitor);
-  return {visitor.score.negative_log_likelihood, visitor.score.p_rms(), visitor.score.nis_90(), visitor.score.gate_scales(), visitor.score.positions};
+  return {visitor.score.negative_log_likelihood, visitor.score.p_rms(), visitor.score.nis_90(),
+          visitor.score.gate_scales(), visitor.score.positions};
 }
 
 }  // namespace
 
-std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem, const std::vector<HeadingCandidate>& candidates) {
+std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
+                                                const std::vector<HeadingCandidate>& candidates) {
   std::vector<CandidateScore> scores(candidates.size());
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(candidates.size());
 #pragma omp parallel for schedule(dynamic, 1)

@@ -30,7 +30,8 @@ std::vector<HeadingMode> modes_of(const std::vector<CurvePoint>& grid) {
   for (const CurvePoint& p : grid) lowest = std::min(lowest, p.cost);
   std::vector<HeadingMode> modes;
   for (std::size_t i = 0; i < n; ++i) {
-    if (grid[i].cost < grid[(i + n - 1) % n].cost && grid[i].cost <= grid[(i + 1) % n].cost) modes.push_back({grid[i].heading_rad, 0.0});
+    if (grid[i].cost < grid[(i + n - 1) % n].cost && grid[i].cost <= grid[(i + 1) % n].cost)
+      modes.push_back({grid[i].heading_rad, 0.0});
   }
   if (modes.empty()) modes.push_back({grid[0].heading_rad, 0.0});  // a flat circle
   double total = 0.0;
@@ -42,7 +43,8 @@ std::vector<HeadingMode> modes_of(const std::vector<CurvePoint>& grid) {
     total += std::exp(lowest - p.cost);
   }
   for (HeadingMode& m : modes) m.mass /= total;
-  std::stable_sort(modes.begin(), modes.end(), [](const HeadingMode& a, const HeadingMode& b) { return a.mass > b.mass; });
+  std::stable_sort(modes.begin(), modes.end(),
+                   [](const HeadingMode& a, const HeadingMode& b) { return a.mass > b.mass; });
   return modes;
 }
 
@@ -87,7 +89,8 @@ void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
 void HeadingSearch::start_gated() {
   const bool placed = conditional_->settled() && conditional_->parabola().has_minimum();
   const double centre = placed ? conditional_->parabola().minimum_x : conditional_->best().x;
-  const double step = placed ? std::min(2.0 * conditional_->parabola().sigma(), options_.triple_step_rad) : options_.triple_step_rad;
+  const double step =
+      placed ? std::min(2.0 * conditional_->parabola().sigma(), options_.triple_step_rad) : options_.triple_step_rad;
   stage_ = Stage::gated;
   gate_scales_ = best_.gate_scales;
   best_ = {};
@@ -103,13 +106,15 @@ void HeadingSearch::tell_wide(const std::vector<CandidateScore>& scores) {
     if (scores[i].cost < scores[best].cost) best = i;
   }
   if (!std::isfinite(scores[best].cost)) {
-    throw NumericalError("alignment: the filter fails from every heading; check units, axes and time stamps of the IMU");
+    throw NumericalError(
+        "alignment: the filter fails from every heading; check units, axes and time stamps of the IMU");
   }
   if (asked.size() > 1) modes_ = modes_of(curve_);
   gate_scales_ = scores[best].gate_scales;
   best_.cost = std::numeric_limits<double>::infinity();
   stage_ = Stage::open;
-  conditional_.emplace(asked[best].heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad, options_.max_evaluations);
+  conditional_.emplace(asked[best].heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad,
+                       options_.max_evaluations);
 }
 
 HeadingResult HeadingSearch::result() const {
@@ -133,7 +138,9 @@ HeadingResult HeadingSearch::result() const {
   if (!r.sigma_rad || kInterval * *r.sigma_rad > kPi) {
     r.sigma_rad.reset();
     r.verdict = "unobservable";
-    r.advice = "the flight holds no horizontal acceleration that would show the heading; fly straight legs with quick starts and stops";
+    r.advice =
+        "the flight holds no horizontal acceleration that would show the heading; fly straight legs with quick starts "
+        "and stops";
   } else if (second_mode) {
     r.verdict = "ambiguous";
     r.advice = "more than one heading explains the flight; accelerate in two different horizontal directions";

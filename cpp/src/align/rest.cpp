@@ -29,8 +29,12 @@ Window summarise(const ImuSeries& imu, std::size_t first, std::size_t last) {
   const auto deviation = [n](const Vector3d& sum, const Vector3d& square) -> Vector3d {
     return (square / n - (sum / n).cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
   };
-  return {imu[first - 1].t_s, imu[last - 1].t_s, imu[first].omega_ib_b + sum_w / n, imu[first].f_ib_b + sum_f / n,
-          deviation(sum_w, square_w), deviation(sum_f, square_f)};
+  return {imu[first - 1].t_s,
+          imu[last - 1].t_s,
+          imu[first].omega_ib_b + sum_w / n,
+          imu[first].f_ib_b + sum_f / n,
+          deviation(sum_w, square_w),
+          deviation(sum_f, square_f)};
 }
 
 std::vector<Window> windows(const ImuSeries& imu) {
@@ -39,7 +43,8 @@ std::vector<Window> windows(const ImuSeries& imu) {
   for (std::size_t k = 1; k < imu.size(); ++k) {
     if (imu[k].t_s - imu[first - 1].t_s < kWindow_s && k + 1 < imu.size()) continue;
     // A window that spans a gap of the log has too few samples to say anything.
-    if (imu[k].t_s - imu[first - 1].t_s < 2.0 * kWindow_s && k + 1 - first >= 5) out.push_back(summarise(imu, first, k + 1));
+    if (imu[k].t_s - imu[first - 1].t_s < 2.0 * kWindow_s && k + 1 - first >= 5)
+      out.push_back(summarise(imu, first, k + 1));
     first = k + 1;
   }
   return out;

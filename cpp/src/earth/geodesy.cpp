@@ -48,7 +48,8 @@ Matrix3d C_n_e(const Vector3d& p_eb_e) {
 }
 
 Vector3d rpy_from_C_b_n(const Matrix3d& C) {
-  return {std::atan2(C(2, 1), C(2, 2)), std::atan2(-C(2, 0), std::hypot(C(2, 1), C(2, 2))), std::atan2(C(1, 0), C(0, 0))};
+  return {std::atan2(C(2, 1), C(2, 2)), std::atan2(-C(2, 0), std::hypot(C(2, 1), C(2, 2))),
+          std::atan2(C(1, 0), C(0, 0))};
 }
 
 Matrix3d C_b_n_from_rpy(const Vector3d& rpy) {

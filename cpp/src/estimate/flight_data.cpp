@@ -16,7 +16,8 @@ void merge_events(FlightData& data) {
   for (std::size_t i = 0; i < data.rests.size(); ++i) {
     if (inside(data.rests[i].t_s)) data.events.push_back({data.rests[i].t_s, Event::Kind::rest, i});
   }
-  std::stable_sort(data.events.begin(), data.events.end(), [](const Event& a, const Event& b) { return a.t_s < b.t_s; });
+  std::stable_sort(data.events.begin(), data.events.end(),
+                   [](const Event& a, const Event& b) { return a.t_s < b.t_s; });
 }
 
 }  // namespace liealign

@@ -24,7 +24,8 @@ NavRow nav_row(const Epoch& e) {
   const auto sigmas = [](const Matrix3d& A, const Matrix3d& P) -> Vector3d {
     return (A * P * A.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
   };
-  const double sr = std::sin(row.rpy_rad[0]), cr = std::cos(row.rpy_rad[0]), cp = std::cos(row.rpy_rad[1]), tp = std::tan(row.rpy_rad[1]);
+  const double sr = std::sin(row.rpy_rad[0]), cr = std::cos(row.rpy_rad[0]), cp = std::cos(row.rpy_rad[1]),
+               tp = std::tan(row.rpy_rad[1]);
   Matrix3d euler_by_phi;
   euler_by_phi << 1.0, sr * tp, cr * tp, 0.0, cr, -sr, 0.0, sr / cp, cr / cp;
   row.std_p_n_m = sigmas(C_b_n, e.P_rho);

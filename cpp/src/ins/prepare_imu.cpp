@@ -92,8 +92,9 @@ Matrix3d C_s_b_from_axes(const std::string& axes) {
     C(static_cast<Eigen::Index>(at / 2), static_cast<Eigen::Index>(i)) = at % 2 == 0 ? 1.0 : -1.0;
   }
   if (axes.size() != 3 || std::abs(C.col(0).cross(C.col(1)).dot(C.col(2)) - 1.0) > 0.5) {
-    throw ConfigError("imu.axes is \"" + axes +
-                      "\"; expected where x, y, z point: one letter each of F/B, R/L, D/U, right-handed, such as FRD, FLU or RFU");
+    throw ConfigError(
+        "imu.axes is \"" + axes +
+        "\"; expected where x, y, z point: one letter each of F/B, R/L, D/U, right-handed, such as FRD, FLU or RFU");
   }
   return C;
 }

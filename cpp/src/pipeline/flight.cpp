@@ -40,7 +40,8 @@ GnssFix fix_from_record(const GnssRecord& r, std::size_t index, const Config& co
   fix.has_velocity = r.has_velocity && c.use_velocity;
   if (!fix.has_velocity) return fix;
   fix.v_ea_e = C * r.v_n_mps;
-  const Vector3d std_v = r.has_velocity_std ? Vector3d(scale * r.std_v_n_mps) : Vector3d::Constant(scale * c.velocity_std_mps);
+  const Vector3d std_v =
+      r.has_velocity_std ? Vector3d(scale * r.std_v_n_mps) : Vector3d::Constant(scale * c.velocity_std_mps);
   Matrix3d R_v = std_v.cwiseAbs2().asDiagonal();
   raise_to_floor(R_v, c.velocity_std_floor_mps);
   fix.R_v_e = C * R_v * C.transpose();
@@ -70,11 +71,13 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
     }
   }
   if (refused == flight.gnss.size()) {
-    throw InputError(flight.config.gnss.file + ": no row has an accepted fix; gnss.accept_fix lists the values of the column \"fix\" to use");
+    throw InputError(flight.config.gnss.file +
+                     ": no row has an accepted fix; gnss.accept_fix lists the values of the column \"fix\" to use");
   }
   if (data.fixes.empty()) {
-    throw InputError("the IMU and the GNSS log do not overlap: " + flight.config.imu.file + " covers " + span(begin, end) + ", " +
-                     flight.config.gnss.file + " " + span(out.record_time_s.front(), out.record_time_s.back()) +
+    throw InputError("the IMU and the GNSS log do not overlap: " + flight.config.imu.file + " covers " +
+                     span(begin, end) + ", " + flight.config.gnss.file + " " +
+                     span(out.record_time_s.front(), out.record_time_s.back()) +
                      " (after gnss.latency_s); bring both to one time scale");
   }
 }
@@ -82,7 +85,9 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
 // The first rest starts the run: tilt, biases and position come from it.
 const RestPeriod& initial_rest(const PreparedFlight& out) {
   if (out.config.align.start == "moving") {
-    throw InputError("align.start is \"moving\", which this version does not have; it starts from a rest of at least rest.min_duration_s");
+    throw InputError(
+        "align.start is \"moving\", which this version does not have; it starts from a rest of at least "
+        "rest.min_duration_s");
   }
   const std::string what = "; this version starts from a rest of at least " + seconds(out.config.rest.min_duration_s) +
                            " s with fixes (see the keys of [rest])";
@@ -111,7 +116,8 @@ void warn(const Flight& flight, PreparedFlight& out) {
     out.warnings.push_back("gnss.lever_arm_b_m is zero: the antenna is taken to be at the IMU");
   }
   for (const ImuGap& gap : out.gaps) {
-    out.warnings.push_back("the IMU log has a gap from " + span(gap.begin_s, gap.end_s) + "; it is bridged and the noise grows there");
+    out.warnings.push_back("the IMU log has a gap from " + span(gap.begin_s, gap.end_s) +
+                           "; it is bridged and the noise grows there");
   }
   if (out.t_begin_s > data.imu.front().t_s + 1.0) {
     out.warnings.push_back("the run starts with the rest at " + seconds(out.t_begin_s) + " s; " +

@@ -35,7 +35,8 @@ struct ForwardRecorder : SilentVisitor<Model> {
   std::vector<Checkpoint<Model>> checkpoints;
 
   void after(const Belief<Model>& belief, const NavTransition<double>&, std::size_t k, bool whole) {
-    if (whole && flight.config.output.filtered) solution.filtered.push_back(epoch_of(flight.problem.data.imu[k].t_s, belief));
+    if (whole && flight.config.output.filtered)
+      solution.filtered.push_back(epoch_of(flight.problem.data.imu[k].t_s, belief));
   }
 
   void updated(const Event& event, UpdateKind kind, const Innovation<double>& innovation) {
@@ -52,7 +53,8 @@ struct ForwardRecorder : SilentVisitor<Model> {
     checkpoints.push_back({belief, cursor, {X_predicted, P_predicted}});
     // An event on the stamp of a sample: the filtered epoch there is the one after the update.
     const ImuSample& sample = flight.problem.data.imu[cursor.k - 1];
-    if (flight.config.output.filtered && sample.t_s == cursor.t_s) solution.filtered.back() = epoch_of(sample.t_s, belief);
+    if (flight.config.output.filtered && sample.t_s == cursor.t_s)
+      solution.filtered.back() = epoch_of(sample.t_s, belief);
     const std::size_t n = flight.problem.data.events.size();
     if (progress && i % (1 + n / 50) == 0 && !progress(i, 2 * n)) throw Cancelled("cancelled");
   }
@@ -70,16 +72,21 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
     solution.fixes.push_back({flight.record_time_s[i], flight.record_use[i], {}, {}});
   }
 
-  Belief<Model> belief = belief_at_rest(problem.rest, heading.heading_rad, solution.heading_std_initial_rad, problem.initial,
-                                        data.l_ba_b, flight.filter.dynamics.gravity);
+  Belief<Model> belief = belief_at_rest(problem.rest, heading.heading_rad, solution.heading_std_initial_rad,
+                                        problem.initial, data.l_ba_b, flight.filter.dynamics.gravity);
   const ImuCursor start = cursor_at(data.imu, flight.t_begin_s);
   ForwardRecorder recorder{{}, flight, filter, progress, solution, {{belief, start, belief}}};
   forward_pass(data, filter, belief, start, data.imu.back().t_s, recorder);
 
   const Ekf<Model> ekf{flight.filter.dynamics, flight.filter.covariance_reset};
-  const auto emit = [&](std::size_t k, const Belief<Model>& b) { solution.smoothed.push_back(epoch_of(data.imu[k].t_s, b)); };
-  const Progress second_half = [&](std::size_t done, std::size_t total) { return !progress || progress(total + done, 2 * total); };
-  smooth(ekf, data, recorder.checkpoints, emit, [](std::size_t, const Belief<Model>&) {}, second_half);
+  const auto emit = [&](std::size_t k, const Belief<Model>& b) {
+    solution.smoothed.push_back(epoch_of(data.imu[k].t_s, b));
+  };
+  const Progress second_half = [&](std::size_t done, std::size_t total) {
+    return !progress || progress(total + done, 2 * total);
+  };
+  smooth(
+      ekf, data, recorder.checkpoints, emit, [](std::size_t, const Belief<Model>&) {}, second_half);
   std::reverse(solution.smoothed.begin(), solution.smoothed.end());
   if (solution.smoothed.empty() || !solution.smoothed.front().X.first.p.allFinite()) {
     throw NumericalError("the smoothed trajectory is empty or not finite");

@@ -26,10 +26,10 @@ void put3(double* cells, const Vector3d& v, double factor = 1.0) {
 
 void write_trajectory(const std::string& path, const std::vector<Epoch>& epochs) {
   const std::vector<CsvColumn> columns = {
-      {"time_s", 6},          {"lat_deg", 11},       {"lon_deg", 11},       {"height_m", 5},       {"vn_mps", 6},
-      {"ve_mps", 6},          {"vd_mps", 6},         {"roll_deg", 6},       {"pitch_deg", 6},      {"heading_deg", 6},
-      {"std_n_m", 5},         {"std_e_m", 5},        {"std_d_m", 5},        {"std_vn_mps", 6},     {"std_ve_mps", 6},
-      {"std_vd_mps", 6},      {"std_roll_deg", 6},   {"std_pitch_deg", 6},  {"std_heading_deg", 6}};
+      {"time_s", 6},     {"lat_deg", 11},     {"lon_deg", 11},      {"height_m", 5},       {"vn_mps", 6},
+      {"ve_mps", 6},     {"vd_mps", 6},       {"roll_deg", 6},      {"pitch_deg", 6},      {"heading_deg", 6},
+      {"std_n_m", 5},    {"std_e_m", 5},      {"std_d_m", 5},       {"std_vn_mps", 6},     {"std_ve_mps", 6},
+      {"std_vd_mps", 6}, {"std_roll_deg", 6}, {"std_pitch_deg", 6}, {"std_heading_deg", 6}};
   write_csv(path, columns, epochs.size(), [&](std::size_t i, double* c) {
     const NavRow row = nav_row(epochs[i]);
     c[0] = row.t_s;
@@ -47,8 +47,10 @@ void write_trajectory(const std::string& path, const std::vector<Epoch>& epochs)
 void write_biases(const std::string& path, const std::vector<Epoch>& epochs) {
   std::vector<CsvColumn> columns = {{"time_s", 6}};
   for (const char* prefix : {"", "std_"}) {
-    for (const char* axis : {"x", "y", "z"}) columns.push_back({std::string(prefix) + "accel_bias_" + axis + "_mps2", 8});
-    for (const char* axis : {"x", "y", "z"}) columns.push_back({std::string(prefix) + "gyro_bias_" + axis + "_rps", 10});
+    for (const char* axis : {"x", "y", "z"})
+      columns.push_back({std::string(prefix) + "accel_bias_" + axis + "_mps2", 8});
+    for (const char* axis : {"x", "y", "z"})
+      columns.push_back({std::string(prefix) + "gyro_bias_" + axis + "_rps", 10});
   }
   write_csv(path, columns, epochs.size(), [&](std::size_t i, double* c) {
     c[0] = epochs[i].t_s;
@@ -69,9 +71,10 @@ void put_update(double* cells, const std::optional<FixUpdate>& update) {
 
 void write_innovations(const std::string& path, const std::vector<FixRecord>& fixes) {
   const std::vector<CsvColumn> columns = {
-      {"time_s", 6},      {"res_n_m", 5},     {"res_e_m", 5},    {"res_d_m", 5},    {"std_n_m", 5},      {"std_e_m", 5},
-      {"std_d_m", 5},     {"nis", 4},         {"weight", 6},     {"res_vn_mps", 5}, {"res_ve_mps", 5},   {"res_vd_mps", 5},
-      {"std_vn_mps", 5},  {"std_ve_mps", 5},  {"std_vd_mps", 5}, {"nis_velocity", 4}, {"weight_velocity", 6}};
+      {"time_s", 6},       {"res_n_m", 5},        {"res_e_m", 5},    {"res_d_m", 5},    {"std_n_m", 5},
+      {"std_e_m", 5},      {"std_d_m", 5},        {"nis", 4},        {"weight", 6},     {"res_vn_mps", 5},
+      {"res_ve_mps", 5},   {"res_vd_mps", 5},     {"std_vn_mps", 5}, {"std_ve_mps", 5}, {"std_vd_mps", 5},
+      {"nis_velocity", 4}, {"weight_velocity", 6}};
   const auto fill = [&](std::size_t i, double* c) {
     c[0] = fixes[i].t_s;
     put_update(c + 1, fixes[i].position);
@@ -81,7 +84,8 @@ void write_innovations(const std::string& path, const std::vector<FixRecord>& fi
 }
 
 std::size_t count(const std::vector<FixRecord>& fixes, const std::string& word) {
-  return static_cast<std::size_t>(std::count_if(fixes.begin(), fixes.end(), [&](const FixRecord& f) { return verdict_word(f) == word; }));
+  return static_cast<std::size_t>(
+      std::count_if(fixes.begin(), fixes.end(), [&](const FixRecord& f) { return verdict_word(f) == word; }));
 }
 
 // Median over the epochs of one output sigma.
@@ -121,17 +125,25 @@ std::vector<std::string> run_warnings(const PreparedFlight& flight, const Headin
 
 std::string verdict_word(const FixRecord& fix) {
   switch (fix.use) {
-    case RecordUse::averaged_at_rest: return "averaged_at_rest";
-    case RecordUse::quality_not_accepted: return "quality_not_accepted";
-    case RecordUse::outside_imu: return "outside_imu";
-    case RecordUse::update: break;
+    case RecordUse::averaged_at_rest:
+      return "averaged_at_rest";
+    case RecordUse::quality_not_accepted:
+      return "quality_not_accepted";
+    case RecordUse::outside_imu:
+      return "outside_imu";
+    case RecordUse::update:
+      break;
   }
   if (!fix.position) return "outside_imu";
   switch (fix.position->verdict) {
-    case Verdict::used: return "used";
-    case Verdict::weighted: return "weighted";
-    case Verdict::rejected: return "rejected";
-    case Verdict::reacquired: return "reacquired";
+    case Verdict::used:
+      return "used";
+    case Verdict::weighted:
+      return "weighted";
+    case Verdict::rejected:
+      return "rejected";
+    case Verdict::reacquired:
+      return "reacquired";
   }
   return "";
 }
@@ -143,7 +155,8 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
   json["heading_95_deg"] = nullptr;
   if (heading.sigma_rad) {
     const double half = kInterval95 * *heading.sigma_rad;
-    json["heading_95_deg"] = JsonArray{wrap_2pi(heading.heading_rad - half) * kRadToDeg, wrap_2pi(heading.heading_rad + half) * kRadToDeg};
+    json["heading_95_deg"] =
+        JsonArray{wrap_2pi(heading.heading_rad - half) * kRadToDeg, wrap_2pi(heading.heading_rad + half) * kRadToDeg};
   }
   json["verdict"] = heading.verdict;
   json["advice"] = heading.advice;
@@ -157,11 +170,15 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
   json["gate_scale_position"] = heading.gate_scales.position;
   json["gate_scale_velocity"] = heading.gate_scales.velocity;
   JsonArray modes;
-  for (const HeadingMode& m : heading.modes) modes.push_back(JsonObject{{"heading_deg", m.heading_rad * kRadToDeg}, {"mass", m.mass}});
+  for (const HeadingMode& m : heading.modes)
+    modes.push_back(JsonObject{{"heading_deg", m.heading_rad * kRadToDeg}, {"mass", m.mass}});
   json["modes"] = modes;
   JsonArray curve;
   for (const CurvePoint& p : heading.curve) {
-    curve.push_back(JsonObject{{"heading_deg", p.heading_rad * kRadToDeg}, {"heading_std_deg", p.heading_std_rad * kRadToDeg}, {"gated", p.gated}, {"cost", p.cost}});
+    curve.push_back(JsonObject{{"heading_deg", p.heading_rad * kRadToDeg},
+                               {"heading_std_deg", p.heading_std_rad * kRadToDeg},
+                               {"gated", p.gated},
+                               {"cost", p.cost}});
   }
   json["curve"] = curve;
   json["warnings"] = run_warnings(flight, heading);
@@ -186,7 +203,8 @@ std::string summary_json(const PreparedFlight& flight, const HeadingResult& head
   json["imu_gaps_s"] = gap_s;
   json["rests"] = flight.rests.size();
   json["fixes"] = solution.fixes.size();
-  for (const char* word : {"used", "weighted", "rejected", "reacquired", "averaged_at_rest", "quality_not_accepted", "outside_imu"}) {
+  for (const char* word :
+       {"used", "weighted", "rejected", "reacquired", "averaged_at_rest", "quality_not_accepted", "outside_imu"}) {
     json[std::string("fixes_") + word] = count(solution.fixes, word);
   }
   json["p_rms_m"] = solution.score.p_rms();
@@ -195,7 +213,8 @@ std::string summary_json(const PreparedFlight& flight, const HeadingResult& head
   json["heading_std_initial_deg"] = solution.heading_std_initial_rad * kRadToDeg;
   put_scales(json, flight);
   const std::vector<Epoch>& smoothed = solution.smoothed;
-  json["median_std_horizontal_m"] = median(smoothed, [](const NavRow& r) { return std::hypot(r.std_p_n_m[0], r.std_p_n_m[1]); });
+  json["median_std_horizontal_m"] =
+      median(smoothed, [](const NavRow& r) { return std::hypot(r.std_p_n_m[0], r.std_p_n_m[1]); });
   json["median_std_down_m"] = median(smoothed, [](const NavRow& r) { return r.std_p_n_m[2]; });
   json["median_std_roll_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[0] * kRadToDeg; });
   json["median_std_pitch_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[1] * kRadToDeg; });

@@ -41,7 +41,9 @@ FilterOptions filter_options(const Config& config) {
   o.dynamics.noise = imu_noise(config);
   o.dynamics.max_gap_s = config.imu.max_gap_s;
   o.covariance_reset = config.filter.covariance_reset;
-  o.gate.outliers = config.gnss.outlier == "reject" ? Outliers::reject : config.gnss.outlier == "off" ? Outliers::off : Outliers::weight;
+  o.gate.outliers = config.gnss.outlier == "reject" ? Outliers::reject
+                    : config.gnss.outlier == "off"  ? Outliers::off
+                                                    : Outliers::weight;
   o.gate.kappa = chi_square_3_quantile(config.gnss.outlier_probability);
   o.velocity_gate = o.gate;
   o.reacquire_after = config.gnss.reacquire_after;

@@ -9,9 +9,9 @@
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
 #include "liealign/estimate/solution.hpp"
+#include "liealign/ins/profiles.hpp"
 #include "liealign/io/csv.hpp"
 #include "liealign/io/text_file.hpp"
-#include "liealign/ins/profiles.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign {
@@ -25,7 +25,8 @@ ImuErrors table_1_errors(const Config& config, Random& random) {
   ImuErrors e;
   e.noise = imu_noise(config);
   e.ornstein_uhlenbeck = true;
-  e.gyro_bias_sigma = config.imu.gyro_bias_instability_deg_h.value_or(p.gyro_bias_instability_deg_h) * kDegPerHourToRadPerSecond;
+  e.gyro_bias_sigma =
+      config.imu.gyro_bias_instability_deg_h.value_or(p.gyro_bias_instability_deg_h) * kDegPerHourToRadPerSecond;
   e.accel_bias_sigma = config.imu.accel_bias_instability_ug.value_or(p.accel_bias_instability_ug) * kMicroGToMps2;
   e.bias_correlation_time_s = config.imu.bias_correlation_time_s;
   const auto sign = [&] { return random.uniform() < 0.5 ? -1.0 : 1.0; };
@@ -35,7 +36,14 @@ ImuErrors table_1_errors(const Config& config, Random& random) {
 }
 
 void write_imu(const std::string& path, const ImuSeries& imu) {
-  write_csv(path, {{"time_s", 6}, {"gyro_x_rps", 12}, {"gyro_y_rps", 12}, {"gyro_z_rps", 12}, {"accel_x_mps2", 10}, {"accel_y_mps2", 10}, {"accel_z_mps2", 10}},
+  write_csv(path,
+            {{"time_s", 6},
+             {"gyro_x_rps", 12},
+             {"gyro_y_rps", 12},
+             {"gyro_z_rps", 12},
+             {"accel_x_mps2", 10},
+             {"accel_y_mps2", 10},
+             {"accel_z_mps2", 10}},
             imu.size(), [&](std::size_t k, double* c) {
               c[0] = imu[k].t_s;
               for (int i = 0; i < 3; ++i) {
@@ -46,9 +54,11 @@ void write_imu(const std::string& path, const ImuSeries& imu) {
 }
 
 void write_gnss(const std::string& path, const std::vector<GnssRecord>& gnss) {
-  std::vector<CsvColumn> columns = {{"time_s", 6}, {"lat_deg", 11}, {"lon_deg", 11}, {"height_m", 5}, {"std_n_m", 4}, {"std_e_m", 4}, {"std_d_m", 4}, {"fix", 0}};
+  std::vector<CsvColumn> columns = {{"time_s", 6},  {"lat_deg", 11}, {"lon_deg", 11}, {"height_m", 5},
+                                    {"std_n_m", 4}, {"std_e_m", 4},  {"std_d_m", 4},  {"fix", 0}};
   if (!gnss.empty() && gnss.front().has_velocity) {
-    for (const char* name : {"vn_mps", "ve_mps", "vd_mps", "std_vn_mps", "std_ve_mps", "std_vd_mps"}) columns.push_back({name, 5});
+    for (const char* name : {"vn_mps", "ve_mps", "vd_mps", "std_vn_mps", "std_ve_mps", "std_vd_mps"})
+      columns.push_back({name, 5});
   }
   write_csv(path, columns, gnss.size(), [&](std::size_t k, double* c) {
     const GnssRecord& r = gnss[k];
@@ -67,9 +77,20 @@ void write_gnss(const std::string& path, const std::vector<GnssRecord>& gnss) {
 }
 
 void write_truth(const std::string& path, const Truth& truth) {
-  write_csv(path, {{"time_s", 6}, {"lat_deg", 11}, {"lon_deg", 11}, {"height_m", 5}, {"vn_mps", 6}, {"ve_mps", 6}, {"vd_mps", 6}, {"roll_deg", 6}, {"pitch_deg", 6}, {"heading_deg", 6}},
+  write_csv(path,
+            {{"time_s", 6},
+             {"lat_deg", 11},
+             {"lon_deg", 11},
+             {"height_m", 5},
+             {"vn_mps", 6},
+             {"ve_mps", 6},
+             {"vd_mps", 6},
+             {"roll_deg", 6},
+             {"pitch_deg", 6},
+             {"heading_deg", 6}},
             truth.epochs.size(), [&](std::size_t k, double* c) {
-              Epoch epoch{truth.epochs[k].t_s, {truth.epochs[k].X, {}}, Matrix3d::Zero(), Matrix3d::Zero(), Matrix3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+              Epoch epoch{truth.epochs[k].t_s, {truth.epochs[k].X, {}}, Matrix3d::Zero(), Matrix3d::Zero(),
+                          Matrix3d::Zero(),    Vector3d::Zero(),        Vector3d::Zero()};
               const NavRow row = nav_row(epoch);
               c[0] = row.t_s;
               c[1] = row.lat_rad * kRadToDeg;
@@ -84,7 +105,8 @@ void write_truth(const std::string& path, const Truth& truth) {
 
 }  // namespace
 
-SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config, std::uint64_t seed) {
+SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config,
+                                std::uint64_t seed) {
   SimulatedFlight out;
   out.truth = drone_truth(drone, Mechanization::exact, GravityModel::normal);
   Random random(seed, 7);

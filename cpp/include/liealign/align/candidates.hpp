@@ -15,16 +15,16 @@ struct AlignmentProblem {
   FilterOptions filter;
   RestStatistics rest;
   InitialStd initial;
-  double t_begin_s = 0.0;      // rest used for the pre-tuning of tilt and biases begins
-  double t_start_s = 0.0;      // the last instant of rest: candidate headings hold here
-  double t_end_s = 0.0;        // fixes in (t_start_s, t_end_s] are scored
+  double t_begin_s = 0.0;  // rest used for the pre-tuning of tilt and biases begins
+  double t_start_s = 0.0;  // the last instant of rest: candidate headings hold here
+  double t_end_s = 0.0;    // fixes in (t_start_s, t_end_s] are scored
 };
 
 struct HeadingCandidate {
   double heading_rad = 0.0;
   double heading_std_rad = 0.0;  // 0: conditional, places the minimum; wide: finds the basin
-  bool gated = false;            // else a wrong heading cannot lock out the fixes that show it; the score is bounded anyway
-  GateScales gate_scales;        // of the score, and of the filter when gated
+  bool gated = false;      // else a wrong heading cannot lock out the fixes that show it; the score is bounded anyway
+  GateScales gate_scales;  // of the score, and of the filter when gated
 };
 
 struct CandidateScore {
@@ -37,6 +37,7 @@ struct CandidateScore {
 
 // One filter per candidate: pre-tuning at rest, then set_heading(), then the scored flight. Threads over candidates; the
 // result does not depend on their number.
-std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem, const std::vector<HeadingCandidate>& candidates);
+std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
+                                                const std::vector<HeadingCandidate>& candidates);
 
 }  // namespace liealign

@@ -20,14 +20,14 @@
 namespace liealign {
 
 struct HeadingSearchOptions {
-  std::optional<double> guess_rad;          // prior mean mu of (Eq. 40); without it the prior is flat
+  std::optional<double> guess_rad;  // prior mean mu of (Eq. 40); without it the prior is flat
   double guess_std_rad = 0.0;
   double grid_step_rad = 0.0;
-  double grid_std_rad = 0.0;                // heading std of a grid candidate
+  double grid_std_rad = 0.0;  // heading std of a grid candidate
   double triple_step_rad = 0.0;
   double tolerance_rad = 0.0;
-  int max_evaluations = 40;                 // conditional candidates
-  double max_sigma_rad = 0.0;               // of the verdict "aligned"
+  int max_evaluations = 40;    // conditional candidates
+  double max_sigma_rad = 0.0;  // of the verdict "aligned"
 };
 
 // One evaluated candidate of the curve.
@@ -40,20 +40,20 @@ struct CurvePoint {
 
 struct HeadingMode {
   double heading_rad = 0.0;
-  double mass = 0.0;             // share of the posterior, from the wide candidates
+  double mass = 0.0;  // share of the posterior, from the wide candidates
 };
 
 struct HeadingResult {
-  double heading_rad = 0.0;                 // psi*, [0, 2 pi)
-  std::optional<double> sigma_rad;          // absent when the data say nothing
+  double heading_rad = 0.0;         // psi*, [0, 2 pi)
+  std::optional<double> sigma_rad;  // absent when the data say nothing
   bool settled = false;
-  std::string verdict;                      // aligned | weak | ambiguous | unobservable
-  std::string advice;                       // one sentence
+  std::string verdict;  // aligned | weak | ambiguous | unobservable
+  std::string advice;   // one sentence
   std::vector<HeadingMode> modes;
-  std::vector<CurvePoint> curve;            // every candidate, in order of evaluation
+  std::vector<CurvePoint> curve;  // every candidate, in order of evaluation
   int evaluations = 0;
-  GateScales gate_scales;                   // for the final filter
-  double nis_90 = 0.0;                      // of the best candidate's positions
+  GateScales gate_scales;  // for the final filter
+  double nis_90 = 0.0;     // of the best candidate's positions
 };
 
 class HeadingSearch {
@@ -80,8 +80,8 @@ class HeadingSearch {
 
   HeadingSearchOptions options_;
   Stage stage_ = Stage::wide;
-  CandidateScore best_;                         // of this stage: the lowest cost
-  GateScales gate_scales_;                      // in force in this stage
+  CandidateScore best_;     // of this stage: the lowest cost
+  GateScales gate_scales_;  // in force in this stage
   std::vector<HeadingMode> modes_;
   std::vector<CurvePoint> curve_;
   std::optional<QuadraticSearch> conditional_;  // in heading, unwrapped about its centre

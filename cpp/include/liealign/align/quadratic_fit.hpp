@@ -22,9 +22,9 @@ struct FitPoint {
 };
 
 struct Parabola {
-  double minimum_x = 0.0;   // (Eq. 38), meaningful where curvature > 0
+  double minimum_x = 0.0;  // (Eq. 38), meaningful where curvature > 0
   double minimum_y = 0.0;
-  double curvature = 0.0;   // 2 c of (Eq. 39)
+  double curvature = 0.0;  // 2 c of (Eq. 39)
 
   bool has_minimum() const { return curvature > 0.0; }
   double sigma() const { return 1.0 / std::sqrt(curvature); }
@@ -33,10 +33,10 @@ struct Parabola {
 // The parabola through three points with distinct x. Computed about the middle point, which (Eq. 38) allows: the fit does
 // not depend on the origin, its rounding does.
 inline Parabola fit_parabola(const FitPoint& p1, const FitPoint& p2, const FitPoint& p3) {
-  const double x1 = p1.x - p2.x, x3 = p3.x - p2.x;      // x2 = 0
-  const double y1 = p1.y - p2.y, y3 = p3.y - p2.y;      // y2 = 0
-  const double c = (y1 / x1 - y3 / x3) / (x1 - x3);     // leading coefficient
-  const double slope = y1 / x1 - c * x1;                // at the middle point
+  const double x1 = p1.x - p2.x, x3 = p3.x - p2.x;   // x2 = 0
+  const double y1 = p1.y - p2.y, y3 = p3.y - p2.y;   // y2 = 0
+  const double c = (y1 / x1 - y3 / x3) / (x1 - x3);  // leading coefficient
+  const double slope = y1 / x1 - c * x1;             // at the middle point
   const double at = -slope / (2.0 * c);
   return {p2.x + at, p2.y + 0.5 * slope * at, 2.0 * c};
 }
@@ -50,7 +50,11 @@ class QuadraticSearch {
   // First triple: centre - step, centre, centre + step. Settled when the minimum moves less than `tolerance`; walks at most
   // `reach` away from the centre.
   QuadraticSearch(double centre, double step, double reach, double tolerance, int max_evaluations)
-      : centre_(centre), step_(step), reach_(reach), tolerance_(tolerance), max_evaluations_(max_evaluations),
+      : centre_(centre),
+        step_(step),
+        reach_(reach),
+        tolerance_(tolerance),
+        max_evaluations_(max_evaluations),
         asked_{centre - step, centre, centre + step} {}
 
   // Where to evaluate next; empty when done.

@@ -13,11 +13,11 @@ namespace liealign {
 
 struct RestLimits {
   double min_duration_s = 5.0;
-  double gyro_std_rps = 0.07;      // inside a window, any axis
-  double gyro_mean_rps = 0.01;     // change of the window mean against the rest so far
+  double gyro_std_rps = 0.07;   // inside a window, any axis
+  double gyro_mean_rps = 0.01;  // change of the window mean against the rest so far
   double accel_std_mps2 = 0.4;
   double accel_mean_mps2 = 0.15;
-  double gnss_drift_sigma = 5.0;   // position against the mean of the rest so far, in standard deviations of a fix
+  double gnss_drift_sigma = 5.0;  // position against the mean of the rest so far, in standard deviations of a fix
 };
 
 struct RestPeriod {
@@ -34,8 +34,8 @@ struct RestStatistics {
   Vector3d mean_omega_ib_b = Vector3d::Zero();  // rad/s, measured
   Vector3d mean_f_ib_b = Vector3d::Zero();      // m/s^2, measured
   std::size_t fixes = 0;
-  Vector3d p_ea_e = Vector3d::Zero();           // mean antenna position
-  Matrix3d R_p_e = Matrix3d::Zero();            // of one fix: errors of successive fixes are common, averaging gains little
+  Vector3d p_ea_e = Vector3d::Zero();  // mean antenna position
+  Matrix3d R_p_e = Matrix3d::Zero();   // of one fix: errors of successive fixes are common, averaging gains little
 };
 
 RestStatistics rest_statistics(const ImuSeries& imu, const std::vector<GnssFix>& fixes, const RestPeriod& period);

@@ -29,11 +29,11 @@ struct Belief {
 // What one update saw and did. ECEF axes (body axes for the zero rate).
 template <typename Scalar>
 struct Innovation {
-  Vector3<Scalar> z;           // residual, m or m/s
-  Matrix3<Scalar> S;           // its covariance
-  Scalar nis;                  // (Eq. 24)
+  Vector3<Scalar> z;  // residual, m or m/s
+  Matrix3<Scalar> S;  // its covariance
+  Scalar nis;         // (Eq. 24)
   Scalar half_log_det_S;
-  Scalar weight;               // gamma of (Eq. 25)
+  Scalar weight;  // gamma of (Eq. 25)
   Verdict verdict = Verdict::used;
 };
 
@@ -85,7 +85,9 @@ struct Ekf {
   void correct(Belief<Model>& belief, Innovation<Scalar>& innovation, const MeasurementMatrix& H, const Matrix3d& R,
                const Scalar& weight) const {
     innovation.weight = weight;
-    innovation.verdict = weight == Scalar(0) ? Verdict::rejected : weight < Scalar(1) ? Verdict::weighted : Verdict::used;
+    innovation.verdict = weight == Scalar(0)  ? Verdict::rejected
+                         : weight < Scalar(1) ? Verdict::weighted
+                                              : Verdict::used;
     if (innovation.verdict == Verdict::rejected) return;
     const Eigen::Matrix<Scalar, 3, Model::Dim> HP = H * belief.P;
     const Eigen::Matrix<Scalar, Model::Dim, 3> K = weight * innovation.S.llt().solve(HP).transpose();

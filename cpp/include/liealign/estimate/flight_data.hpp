@@ -15,7 +15,8 @@ struct RestUpdate {
   double t_s = 0.0;
   double duration_s = 0.0;
   Vector3d mean_omega_ib_b = Vector3d::Zero();  // measured, with its bias, rad/s
-  Vector3d std_omega_ib_b = Vector3d::Zero();   // of such means over the whole rest: engines and wind rock a parked vehicle
+  Vector3d std_omega_ib_b =
+      Vector3d::Zero();  // of such means over the whole rest: engines and wind rock a parked vehicle
 };
 
 struct Event {

@@ -17,11 +17,11 @@ namespace liealign {
 struct FilterOptions {
   Dynamics dynamics;
   bool covariance_reset = true;
-  Gate gate;                      // of positions
+  Gate gate;  // of positions
   Gate velocity_gate;
-  int reacquire_after = 5;        // positions beyond the gate in a row before the filter yields; 0 = never
+  int reacquire_after = 5;  // positions beyond the gate in a row before the filter yields; 0 = never
   double zupt_std_mps = 0.005;
-  double zaru_std_rps = 0.0;      // added to the gyro noise of the averaged rate
+  double zaru_std_rps = 0.0;  // added to the gyro noise of the averaged rate
 };
 
 // The same options with both gates opened by these factors.
@@ -54,8 +54,8 @@ enum class UpdateKind { position, velocity, zero_velocity, zero_rate };
 // Moves the belief to t_target. visitor.before(belief) precedes each step, visitor.after(belief, transition, k, whole)
 // follows it; `whole` says that the step ended on the stamp of sample k.
 template <typename Model, typename Visitor>
-void propagate_to(const Ekf<Model>& ekf, const ImuSeries& imu, double t_target, ImuCursor& cursor, Belief<Model>& belief,
-                  Visitor& visitor) {
+void propagate_to(const Ekf<Model>& ekf, const ImuSeries& imu, double t_target, ImuCursor& cursor,
+                  Belief<Model>& belief, Visitor& visitor) {
   while (cursor.k < imu.size() && cursor.t_s < t_target) {
     const ImuSample& sample = imu[cursor.k];
     const bool whole = sample.t_s <= t_target;
@@ -70,8 +70,9 @@ void propagate_to(const Ekf<Model>& ekf, const ImuSeries& imu, double t_target, 
 
 // One three-component measurement y with prediction (h, H) and covariance R, through the gate.
 template <typename Model>
-Innovation<typename Model::Scalar> gated_update(const Ekf<Model>& ekf, const Gate& gate, Belief<Model>& belief, const Vector3d& y,
-                                                const Prediction<typename Model::Scalar>& m, const Matrix3d& R) {
+Innovation<typename Model::Scalar> gated_update(const Ekf<Model>& ekf, const Gate& gate, Belief<Model>& belief,
+                                                const Vector3d& y, const Prediction<typename Model::Scalar>& m,
+                                                const Matrix3d& R) {
   using Scalar = typename Model::Scalar;
   Innovation<Scalar> innovation = ekf.innovate(belief, y.cast<Scalar>() - m.h, m.H, R);
   ekf.correct(belief, innovation, m.H, R, gate_weight(gate, innovation.nis));
@@ -82,15 +83,15 @@ Innovation<typename Model::Scalar> gated_update(const Ekf<Model>& ekf, const Gat
 // to be wrong. It is off by z, gathered since the last position inside the gate, tau ago: position variance grows by |z|^2,
 // velocity variance by |z|^2/tau^2, and the fix is used in full.
 struct Reacquisition {
-  int beyond = 0;             // positions beyond the gate in a row
+  int beyond = 0;  // positions beyond the gate in a row
   double last_inside_s = 0.0;
 };
 
 // Position update through the gate. P_predicted becomes the covariance the update started from.
 template <typename Model>
-Innovation<typename Model::Scalar> position_update(const Ekf<Model>& ekf, const FilterOptions& options, const Vector3d& l_ba_b,
-                                                   const GnssFix& fix, Reacquisition& state, Belief<Model>& belief,
-                                                   typename Model::Covariance& P_predicted) {
+Innovation<typename Model::Scalar> position_update(const Ekf<Model>& ekf, const FilterOptions& options,
+                                                   const Vector3d& l_ba_b, const GnssFix& fix, Reacquisition& state,
+                                                   Belief<Model>& belief, typename Model::Covariance& P_predicted) {
   using Scalar = typename Model::Scalar;
   const Prediction<Scalar> m = Model::gnss_position(belief.X, l_ba_b);
   const Vector3<Scalar> z = fix.p_ea_e.cast<Scalar>() - m.h;
@@ -136,8 +137,8 @@ void rest_update(const Ekf<Model>& ekf, const FilterOptions& options, const Even
 //     is the covariance the updates started from (enlarged where the filter yielded).
 // Returns the cursor it stopped at.
 template <typename Model, typename Visitor>
-ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Belief<Model>& belief, ImuCursor cursor, double t_end,
-                       Visitor& visitor) {
+ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Belief<Model>& belief, ImuCursor cursor,
+                       double t_end, Visitor& visitor) {
   const Ekf<Model> ekf{options.dynamics, options.covariance_reset};
   Reacquisition reacquisition{0, cursor.t_s};
   for (std::size_t i = 0; i < data.events.size(); ++i) {
@@ -149,7 +150,8 @@ ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Bel
     typename Model::Covariance P_predicted = belief.P;
     if (event.kind == Event::Kind::fix) {
       const GnssFix& fix = data.fixes[event.index];
-      visitor.updated(event, UpdateKind::position, position_update(ekf, options, data.l_ba_b, fix, reacquisition, belief, P_predicted));
+      visitor.updated(event, UpdateKind::position,
+                      position_update(ekf, options, data.l_ba_b, fix, reacquisition, belief, P_predicted));
       if (fix.has_velocity) {
         const Vector3d omega = data.imu[std::min(cursor.k, data.imu.size() - 1)].omega_ib_b;
         visitor.updated(event, UpdateKind::velocity,

@@ -33,7 +33,9 @@ struct LieModel {
     return t;
   }
 
-  static Prediction<Scalar> gnss_position(const State& X, const Vector3d& l_ba_b) { return predict_gnss_position(X, l_ba_b); }
+  static Prediction<Scalar> gnss_position(const State& X, const Vector3d& l_ba_b) {
+    return predict_gnss_position(X, l_ba_b);
+  }
   static Prediction<Scalar> gnss_velocity(const State& X, const Vector3d& l_ba_b, const Vector3d& omega_measured) {
     return predict_gnss_velocity(X, l_ba_b, Vector3<Scalar>(omega_measured.cast<Scalar>() - b_g(X)));
   }

@@ -23,9 +23,9 @@ namespace liealign {
 // What the forward pass leaves at an event.
 template <typename Model>
 struct Checkpoint {
-  Belief<Model> updated;     // after the event's updates
-  ImuCursor cursor;          // at the event
-  Belief<Model> predicted;   // what its updates started from
+  Belief<Model> updated;    // after the event's updates
+  ImuCursor cursor;         // at the event
+  Belief<Model> predicted;  // what its updates started from
 };
 
 template <typename Model>
@@ -66,8 +66,8 @@ struct Smoother {
   // predicted belief (as its updates used it) is `predicted`. emit(k, belief) is called with the smoothed belief at each
   // IMU stamp inside (from, t_next), latest first. Returns the smoothed belief at `from`.
   template <typename Emit>
-  Belief<Model> interval(const ImuSeries& imu, const Checkpoint<Model>& from, double t_next, const Belief<Model>& predicted,
-                         const Belief<Model>& next, Emit& emit) const {
+  Belief<Model> interval(const ImuSeries& imu, const Checkpoint<Model>& from, double t_next,
+                         const Belief<Model>& predicted, const Belief<Model>& next, Emit& emit) const {
     Recorder recorder;
     Belief<Model> belief = from.updated;
     ImuCursor cursor = from.cursor;
@@ -75,7 +75,8 @@ struct Smoother {
     Belief<Model> smoothed = next;
     for (std::size_t i = recorder.steps.size(); i-- > 0;) {
       const bool last = i + 1 == recorder.steps.size();
-      smoothed = step(recorder.steps[i].before, recorder.steps[i].transition, last ? predicted : recorder.steps[i + 1].before, smoothed);
+      smoothed = step(recorder.steps[i].before, recorder.steps[i].transition,
+                      last ? predicted : recorder.steps[i + 1].before, smoothed);
       if (i > 0 && recorder.steps[i - 1].whole) emit(recorder.steps[i - 1].k, smoothed);
     }
     return smoothed;

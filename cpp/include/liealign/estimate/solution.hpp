@@ -13,8 +13,8 @@ namespace liealign {
 struct Epoch {
   double t_s = 0.0;
   NavState<double> X;
-  Matrix3d P_phi, P_nu, P_rho;            // rad^2, (m/s)^2, m^2
-  Vector3d variance_b_a, variance_b_g;    // (m/s^2)^2, (rad/s)^2
+  Matrix3d P_phi, P_nu, P_rho;          // rad^2, (m/s)^2, m^2
+  Vector3d variance_b_a, variance_b_g;  // (m/s^2)^2, (rad/s)^2
 };
 
 inline Epoch epoch_of(double t_s, const Belief<LieModel<double>>& b) {
@@ -30,7 +30,7 @@ inline Epoch epoch_of(double t_s, const Belief<LieModel<double>>& b) {
 // An epoch in the terms of the output: geodetic, NED, Euler angles, one sigma. Angles in rad, lengths in m.
 struct NavRow {
   double t_s, lat_rad, lon_rad, height_m;
-  Vector3d v_n_mps, rpy_rad;                      // yaw = heading in [0, 2 pi)
+  Vector3d v_n_mps, rpy_rad;  // yaw = heading in [0, 2 pi)
   Vector3d std_p_n_m, std_v_n_mps, std_rpy_rad;
 };
 

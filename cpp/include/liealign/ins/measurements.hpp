@@ -52,7 +52,8 @@ Prediction<Scalar> predict_gnss_position(const NavState<Scalar>& X, const Vector
 
 // (Eq. 20); omega_ib_b [rad/s] already without its bias.
 template <typename Scalar>
-Prediction<Scalar> predict_gnss_velocity(const NavState<Scalar>& X, const Vector3d& l_ba_b, const Vector3<Scalar>& omega_ib_b) {
+Prediction<Scalar> predict_gnss_velocity(const NavState<Scalar>& X, const Vector3d& l_ba_b,
+                                         const Vector3<Scalar>& omega_ib_b) {
   const Matrix3<Scalar>& C = X.first.C;
   const Vector3<Scalar> l = l_ba_b.cast<Scalar>();
   const Vector3<Scalar> omega_ie = wgs84::omega_ie_e<Scalar>();

@@ -49,7 +49,7 @@ struct ExactStep {
   Matrix3<Scalar> G0, G1, G2;  // Gamma_m(w dt)
   Vector3<Scalar> phi;         // w dt
   ExpCoefficients<Scalar> a;
-  Vector3<Scalar> gamma_dt;    // gravitation times dt, ECEF at the start
+  Vector3<Scalar> gamma_dt;  // gravitation times dt, ECEF at the start
 };
 
 template <typename Scalar>
@@ -101,7 +101,7 @@ NavTransition<Scalar> transition_exact(const SE23<Scalar>& X, const SE23<Scalar>
   const Matrix3<Scalar> W = hat(X.C.transpose() * wgs84::omega_ie_e<Scalar>());
   const Matrix3<Scalar> W_next = hat(next.C.transpose() * wgs84::omega_ie_e<Scalar>());
   const Matrix3<Scalar> gradient_dt = dt * (X.C.transpose() * gravitation_gradient_e(X.p) * X.C);
-  const Matrix3<Scalar> v_by_rho = W + gradient_dt;                   // of nu' at the end by rho at the start
+  const Matrix3<Scalar> v_by_rho = W + gradient_dt;  // of nu' at the end by rho at the start
   const Matrix3<Scalar> p_by_rho = Matrix3<Scalar>::Identity() + dt * (W + Scalar(0.5) * gradient_dt);
 
   NavTransition<Scalar> t;
@@ -115,7 +115,7 @@ NavTransition<Scalar> transition_exact(const SE23<Scalar>& X, const SE23<Scalar>
   t.F.template block<3, 3>(kNu, kRho) = G0t * v_by_rho;
 
   t.B.template block<3, 3>(kPhi, kBa).setZero();
-  t.B.template block<3, 3>(kPhi, kBg) = -dt * s.G1.transpose();       // J_r(w dt) = Gamma_1(w dt)^T
+  t.B.template block<3, 3>(kPhi, kBg) = -dt * s.G1.transpose();  // J_r(w dt) = Gamma_1(w dt)^T
   t.B.template block<3, 3>(kNu, kBa) = -dt * G0t * s.G1;
   t.B.template block<3, 3>(kNu, kBg) = -dt * dt * G0t * gamma_times_vector_derivative<1>(s.phi, u.f_ib_b, s.a);
   t.B.template block<3, 3>(kRho, kBa) = -dt * dt * G0t * s.G2;
@@ -178,8 +178,8 @@ SE23<Scalar> mechanize(const SE23<Scalar>& X, const ImuInput<Scalar>& u, Mechani
 }
 
 template <typename Scalar>
-NavTransition<Scalar> transition(const SE23<Scalar>& X, const SE23<Scalar>& next, const ImuInput<Scalar>& u, Mechanization kind,
-                                 GravityModel model) {
+NavTransition<Scalar> transition(const SE23<Scalar>& X, const SE23<Scalar>& next, const ImuInput<Scalar>& u,
+                                 Mechanization kind, GravityModel model) {
   return kind == Mechanization::exact ? transition_exact(X, next, u, model) : transition_paper(X, u, model);
 }
 

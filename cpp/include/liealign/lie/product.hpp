@@ -36,7 +36,8 @@ struct Product {
     return blocks(First::ad(xi.template head<First::Dim>()), Second::ad(xi.template tail<Second::Dim>()));
   }
   static Jacobian left_jacobian(const Tangent& xi) {
-    return blocks(First::left_jacobian(xi.template head<First::Dim>()), Second::left_jacobian(xi.template tail<Second::Dim>()));
+    return blocks(First::left_jacobian(xi.template head<First::Dim>()),
+                  Second::left_jacobian(xi.template tail<Second::Dim>()));
   }
   static Jacobian left_jacobian_inverse(const Tangent& xi) {
     return blocks(First::left_jacobian_inverse(xi.template head<First::Dim>()),

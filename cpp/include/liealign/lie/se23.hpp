@@ -66,7 +66,8 @@ struct SE23 {
     const Vector3<Scalar> phi = xi.template segment<3>(kPhi);
     const ExpCoefficients<Scalar> a = exp_coefficients<Scalar>(phi.squaredNorm());
     const Matrix3<Scalar> J = gamma<1>(phi, a);
-    return lower_triangle(J, coupling(phi, xi.template segment<3>(kNu), a), coupling(phi, xi.template segment<3>(kRho), a));
+    return lower_triangle(J, coupling(phi, xi.template segment<3>(kNu), a),
+                          coupling(phi, xi.template segment<3>(kRho), a));
   }
 
   static Jacobian left_jacobian_inverse(const Tangent& xi) {
@@ -83,7 +84,8 @@ struct SE23 {
  private:
   // Q(phi, x) = x/2 + a_3 (fx + xf + fxf) + a_4 (ffx + xff - 3 fxf) + (a_4 - 3 a_5)/2 (fxff + ffxf),
   // f = hat(phi), x = hat(x).
-  static Matrix3<Scalar> coupling(const Vector3<Scalar>& phi, const Vector3<Scalar>& x_vector, const ExpCoefficients<Scalar>& a) {
+  static Matrix3<Scalar> coupling(const Vector3<Scalar>& phi, const Vector3<Scalar>& x_vector,
+                                  const ExpCoefficients<Scalar>& a) {
     const Matrix3<Scalar> f = hat(phi), x = hat(x_vector);
     const Matrix3<Scalar> fx = f * x, xf = x * f, fxf = fx * f;
     Matrix3<Scalar> Q = Scalar(0.5) * x + a[3] * (fx + xf + fxf) + a[4] * (f * fx + xf * f - Scalar(3) * fxf);

@@ -32,7 +32,8 @@ ExpCoefficients<Scalar> exp_coefficients(const Scalar& theta2) {
   using std::sqrt;
   ExpCoefficients<Scalar> a;
   // a_n = 1/n! - theta^2 a_{n+2}: upwards this divides by theta^2 (closed form), downwards it is stable.
-  constexpr std::array<double, 8> kInverseFactorial = {1.0, 1.0, 1.0 / 2, 1.0 / 6, 1.0 / 24, 1.0 / 120, 1.0 / 720, 1.0 / 5040};
+  constexpr std::array<double, 8> kInverseFactorial = {1.0,      1.0,       1.0 / 2,   1.0 / 6,
+                                                       1.0 / 24, 1.0 / 120, 1.0 / 720, 1.0 / 5040};
   if (theta2 > Scalar(kSeriesAngle * kSeriesAngle)) {
     const Scalar theta = sqrt(theta2);
     a[0] = cos(theta);
@@ -140,13 +141,20 @@ typename SO3<Scalar>::Jacobian SO3<Scalar>::left_jacobian_inverse(const Tangent&
     c = (Scalar(1) - a[1] / (Scalar(2) * a[2])) / theta2;
   } else {
     // sum_k |B_2k| / (2k)! theta^(2k - 2), Bernoulli numbers; the ratio of terms is (theta / 2 pi)^2 < 0.0064.
-    constexpr std::array<double, 8> kTerms = {1.0 / 12,        1.0 / 720,          1.0 / 30240,           1.0 / 1209600,
-                                              1.0 / 47900160,  691.0 / 1307674368000.0, 1.0 / 74724249600.0, 3617.0 / 10670622842880000.0};
+    constexpr std::array<double, 8> kTerms = {1.0 / 12,
+                                              1.0 / 720,
+                                              1.0 / 30240,
+                                              1.0 / 1209600,
+                                              1.0 / 47900160,
+                                              691.0 / 1307674368000.0,
+                                              1.0 / 74724249600.0,
+                                              3617.0 / 10670622842880000.0};
     c = Scalar(kTerms[7]);
     for (std::size_t k = 7; k-- > 0;) c = Scalar(kTerms[k]) + theta2 * c;
   }
   const Matrix3<Scalar> h = hat(phi);
-  return Matrix3<Scalar>::Identity() - Scalar(0.5) * h + c * (phi * phi.transpose() - theta2 * Matrix3<Scalar>::Identity());
+  return Matrix3<Scalar>::Identity() - Scalar(0.5) * h +
+         c * (phi * phi.transpose() - theta2 * Matrix3<Scalar>::Identity());
 }
 
 template <typename Scalar>

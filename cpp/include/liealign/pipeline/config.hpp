@@ -13,18 +13,18 @@
 namespace liealign {
 
 struct ImuConfig {
-  std::string file;                             // native imu.csv
-  std::string model = "adis16495";              // profile that fills every noise key that is not given
-  std::string sample = "mean";                  // mean | instant | increment
-  std::string axes = "FRD";                     // where the sensor's x, y, z point: three of F B R L D U
+  std::string file;                                    // native imu.csv
+  std::string model = "adis16495";                     // profile that fills every noise key that is not given
+  std::string sample = "mean";                         // mean | instant | increment
+  std::string axes = "FRD";                            // where the sensor's x, y, z point: three of F B R L D U
   std::array<double, 3> mounting_rpy_deg = {0, 0, 0};  // sensor axes after `axes` to body: roll, pitch, yaw (ZYX)
-  std::optional<double> noise_scale;            // nullopt = "auto"
-  std::optional<double> gyro_arw_deg_sqrt_h;    // nullopt = from the profile, as all the next ones
+  std::optional<double> noise_scale;                   // nullopt = "auto"
+  std::optional<double> gyro_arw_deg_sqrt_h;           // nullopt = from the profile, as all the next ones
   std::optional<double> accel_vrw_mps_sqrt_h;
   std::optional<double> gyro_bias_instability_deg_h;
   std::optional<double> accel_bias_instability_ug;
-  std::optional<double> gyro_bias_turn_on_deg_h;   // one sigma at power-up
-  std::optional<double> accel_bias_turn_on_mg;     // one sigma at power-up
+  std::optional<double> gyro_bias_turn_on_deg_h;  // one sigma at power-up
+  std::optional<double> accel_bias_turn_on_mg;    // one sigma at power-up
   double bias_correlation_time_s = 100.0;
   double max_gap_s = 0.1;
   double gap_gyro_std_dps = 20.0;
@@ -32,60 +32,60 @@ struct ImuConfig {
 };
 
 struct GnssConfig {
-  std::string file;                             // native gnss.csv
+  std::string file;                                 // native gnss.csv
   std::array<double, 3> lever_arm_b_m = {0, 0, 0};  // IMU to antenna, body axes
-  std::optional<double> latency_s;              // nullopt = "auto"; t_true = time_s - latency_s
-  std::optional<double> std_scale;              // nullopt = "auto"
-  double std_floor_m = 0.005;                   // no position std below this
-  bool use_velocity = true;                     // when the file has velocity columns
-  double velocity_std_mps = 0.1;                // when the file has no velocity std columns
+  std::optional<double> latency_s;                  // nullopt = "auto"; t_true = time_s - latency_s
+  std::optional<double> std_scale;                  // nullopt = "auto"
+  double std_floor_m = 0.005;                       // no position std below this
+  bool use_velocity = true;                         // when the file has velocity columns
+  double velocity_std_mps = 0.1;                    // when the file has no velocity std columns
   double velocity_std_floor_mps = 0.02;
   std::vector<int> accept_fix = {1, 2, 3, 4, 5, 6};  // RTKLIB's Q; used when the file has a fix column
-  std::string outlier = "weight";               // weight | reject | off
-  double outlier_probability = 0.999;           // a good fix passes the chi-square test with this probability
-  int reacquire_after = 5;                      // fixes beyond the threshold in a row before the filter yields
+  std::string outlier = "weight";                    // weight | reject | off
+  double outlier_probability = 0.999;                // a good fix passes the chi-square test with this probability
+  int reacquire_after = 5;                           // fixes beyond the threshold in a row before the filter yields
 };
 
 struct AlignConfig {
-  std::string start = "auto";                   // auto | static | moving
+  std::string start = "auto";  // auto | static | moving
   std::optional<double> heading_guess_deg;
   double heading_guess_std_deg = 20.0;
-  double grid_step_deg = 15.0;                  // circle search without a guess
-  double grid_heading_std_deg = 15.0;           // heading std of a candidate of the circle search
-  double triple_step_deg = 6.0;                 // first three candidates: guess -step, guess, guess +step
-  double tolerance_deg = 0.005;                 // the quadratic fit has settled when the minimum moves less
-  int max_evaluations = 40;                     // conditional candidates at most
-  double max_time_s = 300.0;                    // motion used for the alignment; 0 = all
-  double max_rest_s = 120.0;                    // rest before it used for the pre-tuning of its candidates
-  double max_sigma_deg = 1.0;                   // verdict "aligned" up to this
+  double grid_step_deg = 15.0;         // circle search without a guess
+  double grid_heading_std_deg = 15.0;  // heading std of a candidate of the circle search
+  double triple_step_deg = 6.0;        // first three candidates: guess -step, guess, guess +step
+  double tolerance_deg = 0.005;        // the quadratic fit has settled when the minimum moves less
+  int max_evaluations = 40;            // conditional candidates at most
+  double max_time_s = 300.0;           // motion used for the alignment; 0 = all
+  double max_rest_s = 120.0;           // rest before it used for the pre-tuning of its candidates
+  double max_sigma_deg = 1.0;          // verdict "aligned" up to this
 };
 
 struct RestConfig {
   double min_duration_s = 5.0;
-  double gyro_std_dps = 4.0;                    // largest standard deviation of a rate inside half a second
-  double gyro_mean_dps = 0.5;                   // largest change of the mean rate against the rest so far
+  double gyro_std_dps = 4.0;   // largest standard deviation of a rate inside half a second
+  double gyro_mean_dps = 0.5;  // largest change of the mean rate against the rest so far
   double accel_std_mps2 = 0.6;
-  double accel_mean_mps2 = 0.15;                // largest change of the mean specific force
-  double gnss_drift_sigma = 5.0;                // largest position change, in its standard deviations
+  double accel_mean_mps2 = 0.15;  // largest change of the mean specific force
+  double gnss_drift_sigma = 5.0;  // largest position change, in its standard deviations
   double zupt_std_mps = 0.005;
-  double zaru_std_dps = 0.0;                    // added to the gyro noise of the averaged rate
-  double interval_s = 1.0;                      // one zero-velocity and zero-rate update per interval
+  double zaru_std_dps = 0.0;  // added to the gyro noise of the averaged rate
+  double interval_s = 1.0;    // one zero-velocity and zero-rate update per interval
 };
 
 struct InitialConfig {
-  double roll_pitch_std_deg = 1.0 / 3.0;        // TAES P_0: three sigma are 1 deg, 5 deg, 1 mm/s
+  double roll_pitch_std_deg = 1.0 / 3.0;  // TAES P_0: three sigma are 1 deg, 5 deg, 1 mm/s
   double heading_std_deg = 5.0 / 3.0;
   double velocity_std_mps = 0.001 / 3.0;
 };
 
 struct FilterConfig {
-  std::string mechanization = "exact";          // exact | paper
-  std::string gravity = "normal";               // normal | j2
+  std::string mechanization = "exact";  // exact | paper
+  std::string gravity = "normal";       // normal | j2
   bool covariance_reset = true;
 };
 
 struct OutputConfig {
-  bool filtered = false;                        // also write filtered.csv
+  bool filtered = false;  // also write filtered.csv
 };
 
 struct Config {
@@ -99,7 +99,8 @@ struct Config {
 };
 
 // A value as a TOML reader gives it.
-using ConfigValue = std::variant<bool, long long, double, std::string, std::vector<long long>, std::vector<double>, std::vector<std::string>>;
+using ConfigValue = std::variant<bool, long long, double, std::string, std::vector<long long>, std::vector<double>,
+                                 std::vector<std::string>>;
 
 // One leaf of the generic tree: full dotted key, value, and where it stands (0 = the reader does not know).
 struct ConfigEntry {
@@ -112,8 +113,8 @@ struct ConfigEntry {
 // What the field table says of one key.
 struct ConfigField {
   std::string key;
-  std::string type;           // "string", "number", "number or \"auto\"", "3 numbers", "one of \"exact\", \"paper\"" ...
-  std::string unit;           // "" when it has none
+  std::string type;  // "string", "number", "number or \"auto\"", "3 numbers", "one of \"exact\", \"paper\"" ...
+  std::string unit;  // "" when it has none
   std::string meaning;
   std::string default_value;  // as TOML text; "" when the key has no default
 };

@@ -13,8 +13,8 @@ namespace liealign {
 
 struct Flight {
   Config config;
-  ImuSeries imu;                     // as logged
-  std::vector<GnssRecord> gnss;      // as logged
+  ImuSeries imu;                 // as logged
+  std::vector<GnssRecord> gnss;  // as logged
   std::vector<std::string> warnings;
 };
 
@@ -26,9 +26,9 @@ enum class RecordUse { update, averaged_at_rest, quality_not_accepted, outside_i
 
 struct PreparedFlight {
   Config config;
-  AlignmentProblem problem;           // with the filter options of the candidates
-  FilterOptions filter;               // of the final run
-  std::vector<RestPeriod> rests;      // all that were found; the first and the last give updates
+  AlignmentProblem problem;       // with the filter options of the candidates
+  FilterOptions filter;           // of the final run
+  std::vector<RestPeriod> rests;  // all that were found; the first and the last give updates
   std::vector<ImuGap> gaps;
   std::vector<RecordUse> record_use;  // per GNSS record
   std::vector<double> record_time_s;  // per GNSS record: true time
@@ -37,7 +37,7 @@ struct PreparedFlight {
   double latency_s = 0.0;
   double imu_noise_scale = 1.0;
   double gnss_std_scale = 1.0;
-  std::string start = "static";       // how the run starts
+  std::string start = "static";  // how the run starts
   std::vector<std::string> warnings;
 };
 

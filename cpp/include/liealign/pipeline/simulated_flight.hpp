@@ -18,7 +18,8 @@ struct SimulatedFlight {
 
 // IMU noise of the profile in `config`, Ornstein-Uhlenbeck biases with its instability around a turn-on value of 10 deg/h
 // and 500 ug on each axis (sign by the seed), GNSS as given. TAES V-B and table I.
-SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config, std::uint64_t seed);
+SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config,
+                                std::uint64_t seed);
 
 // Writes imu.csv, gnss.csv, truth.csv (the columns of trajectory.csv without std) and FLIGHT.toml into the folder.
 void write_flight(const std::string& folder, const SimulatedFlight& simulated);
