@@ -46,6 +46,8 @@ Config changed_config() {
   c.imu = {.file = "log\\imu.csv",
            .model = "my-imu",
            .sample = "increment",
+           .gyro_unit = "dps",
+           .accel_unit = "g",
            .axes = "RFU",
            .mounting_rpy_deg = {1.5, -2.0, 179.25},
            .noise_scale = 1.25,
@@ -105,6 +107,8 @@ Pairs changed_pairs() {
       {"imu.file", S("log\\imu.csv")},
       {"imu.model", S("my-imu")},
       {"imu.sample", S("increment")},
+      {"imu.gyro_unit", S("dps")},
+      {"imu.accel_unit", S("g")},
       {"imu.axes", S("RFU")},
       {"imu.mounting_rpy_deg", Doubles{1.5, -2.0, 179.25}},
       {"imu.noise_scale", 1.25},
@@ -245,7 +249,8 @@ bool same_bits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == s
 // The structured bindings stop compiling when a section gains or loses a member: then the table needs a row as well.
 std::size_t members_of_the_struct() {
   const Config c;
-  [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, i7, i8, i9, i10, i11, i12, i13, i14, i15, i16] = c.imu;
+  [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, i7, i8, i9, i10, i11, i12, i13, i14, i15, i16, i17, i18] =
+      c.imu;
   [[maybe_unused]] const auto& [g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12] = c.gnss;
   [[maybe_unused]] const auto& [a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11] = c.align;
   [[maybe_unused]] const auto& [r1, r2, r3, r4, r5, r6, r7, r8, r9] = c.rest;
@@ -253,7 +258,7 @@ std::size_t members_of_the_struct() {
   [[maybe_unused]] const auto& [f1, f2, f3] = c.filter;
   [[maybe_unused]] const auto& [o1] = c.output;
   [[maybe_unused]] const auto& [s1, s2, s3, s4, s5, s6, s7] = c;
-  return 16 + 12 + 11 + 9 + 3 + 3 + 1;
+  return 18 + 12 + 11 + 9 + 3 + 3 + 1;
 }
 
 TEST(ConfigTable, has_one_key_per_member_of_the_struct) {

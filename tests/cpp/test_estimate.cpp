@@ -236,6 +236,33 @@ TEST(ForwardPass, a_wrong_filter_gives_way_to_good_fixes) {
   }
 }
 
+TEST(ForwardPass, two_events_at_one_time_both_count_and_give_one_epoch) {
+  RestCase c;
+  for (int i = 1; i < 15; ++i) c.add_fix(i, Vector3d::Zero());
+  for (int i = 1; i < 15; ++i) {
+    c.data.rests.push_back({static_cast<double>(i), 1.0, c.data.imu[0].omega_ib_b, Vector3d::Zero()});
+  }
+  merge_events(c.data);
+  struct Keeper : VerdictVisitor {
+    std::vector<Checkpoint<Model>> checkpoints;
+    void checkpoint(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NavState<double>& X,
+                    const Cov& P) {
+      checkpoints.push_back({b, cursor, {X, P}});
+    }
+  } keeper;
+  Belief<Model> belief = c.belief;
+  const ImuCursor start = cursor_at(c.data.imu, 0.0);
+  keeper.checkpoints.push_back({belief, start, belief});
+  forward_pass(c.data, c.options, belief, start, 20.0, keeper);
+  EXPECT_EQ(keeper.verdicts.size(), 14u * 3u);  // position, zero velocity, zero rate
+  std::vector<std::size_t> emitted;
+  smooth(
+      Ekf<Model>{c.options.dynamics, true}, c.data, keeper.checkpoints,
+      [&](std::size_t k, const Belief<Model>&) { emitted.push_back(k); }, [](std::size_t, const Belief<Model>&) {});
+  ASSERT_EQ(emitted.size(), 1401u);
+  for (std::size_t i = 0; i < emitted.size(); ++i) EXPECT_EQ(emitted[i], 1400 - i);
+}
+
 TEST(ForwardPass, fixes_between_samples_are_used_at_their_own_time) {
   // A body in free fall direction: constant acceleration of 1 m/s^2 seen by fixes half-way between samples.
   RestCase c;

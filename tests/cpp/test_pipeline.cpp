@@ -156,6 +156,64 @@ TEST(Pipeline, a_larger_noise_scale_states_larger_sigmas) {
   EXPECT_GT(*three.sigma_rad, 2.0 * *one.sigma_rad);
 }
 
+// The same log as somebody else's logger would have written it.
+Flight mislabelled(const Flight& flight, double gyro, double accel, const char* axes) {
+  Flight f = flight;
+  f.config.imu.file = "imu.csv";
+  for (ImuSample& s : f.imu) {
+    s.omega_ib_b = gyro * (C_s_b_from_axes(axes).transpose() * s.omega_ib_b);
+    s.f_ib_b = accel * (C_s_b_from_axes(axes).transpose() * s.f_ib_b);
+  }
+  return f;
+}
+
+std::string refusal_of(const Flight& flight) {
+  try {
+    prepare_flight(flight);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+TEST(Units, wrong_ones_are_refused_with_the_key_that_mends_them_and_mended_give_the_clean_result) {
+  const SimulatedFlight s = table_1_flight(kHeading_deg, 11, guessed());
+  const double clean = align(prepare_flight(s.flight)).heading_rad;
+  Flight degrees = mislabelled(s.flight, kRadToDeg, 1.0, "FRD");
+  EXPECT_EQ(
+      refusal_of(degrees),
+      "imu.csv: in motion the rates tumble the body as only rates 57.3 times too large do: the gyros are in deg/s; "
+      "set imu.gyro_unit = \"dps\" (--gyro-unit dps)");
+  degrees.config.imu.gyro_unit = "dps";
+  EXPECT_NEAR(align(prepare_flight(degrees)).heading_rad, clean, 1e-9);
+
+  Flight in_g = mislabelled(s.flight, 1.0, 1.0 / kStandardGravity, "FRD");
+  EXPECT_EQ(refusal_of(in_g),
+            "imu.csv: the specific force at rest is 1.00, expected 9.8 m/s^2: the accelerometers are in g; set "
+            "imu.accel_unit = \"g\" (--accel-unit g)");
+  in_g.config.imu.accel_unit = "g";
+  EXPECT_NEAR(align(prepare_flight(in_g)).heading_rad, clean, 1e-9);
+
+  Flight up = mislabelled(s.flight, 1.0, 1.0, "FLU");
+  EXPECT_EQ(refusal_of(up).substr(0, 46), "imu.csv: at rest the specific force along z is");
+  EXPECT_NE(refusal_of(up).find("--axes FLU"), std::string::npos);
+  up.config.imu.axes = "FLU";
+  EXPECT_NEAR(align(prepare_flight(up)).heading_rad, clean, 1e-9);
+
+  EXPECT_NE(refusal_of(mislabelled(s.flight, 1.0, 2.0, "FRD")).find("the specific force at rest is 19."),
+            std::string::npos);
+  EXPECT_EQ(refusal_of(mislabelled(s.flight, 1.0, 1.0, "FRD")), "accepted");
+}
+
+TEST(Units, noisy_or_biased_gyros_in_the_right_unit_are_accepted) {
+  Config config = guessed();
+  config.imu.noise_scale = 20.0;
+  const SimulatedFlight s = table_1_flight(kHeading_deg, 12, config);
+  Flight biased = s.flight;
+  for (ImuSample& x : biased.imu) x.omega_ib_b += Vector3d(0.05, -0.05, 0.05);  // 3 deg/s
+  EXPECT_EQ(refusal_of(biased), "accepted");
+}
+
 TEST(Pipeline, a_noise_model_that_is_too_small_is_said) {
   const SimulatedFlight s = table_1_flight(kHeading_deg, 10, guessed());
   const auto said = [](const Flight& flight) {

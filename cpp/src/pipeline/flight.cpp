@@ -7,8 +7,10 @@
 #include <cstdio>
 
 #include "liealign/core/error.hpp"
+#include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
 #include "liealign/io/csv.hpp"
+#include "liealign/pipeline/checks.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign {
@@ -82,6 +84,34 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
   }
 }
 
+ImuSeries in_si(const ImuSeries& log, const Config& config) {
+  const double gyro = config.imu.gyro_unit == "dps" ? kDegToRad : 1.0;
+  const double accel = config.imu.accel_unit == "g" ? kStandardGravity : 1.0;
+  ImuSeries scaled = log;
+  for (ImuSample& s : scaled) {
+    s.omega_ib_b *= gyro;
+    s.f_ib_b *= accel;
+  }
+  return scaled;
+}
+
+// Rates in deg/s taken for rad/s hide the rest as well: then it is looked for with limits as much larger.
+void check_rates(const FlightData& data, std::vector<RestPeriod> rests, const Config& config) {
+  if (rests.empty()) {
+    RestLimits limits = rest_limits(config);
+    limits.gyro_std_rps *= kRadToDeg;
+    limits.gyro_mean_rps *= kRadToDeg;
+    rests = find_rests(data.imu, data.fixes, limits);
+  }
+  if (rests.empty()) return;
+  const RestStatistics rest = rest_statistics(data.imu, data.fixes, rests.front());
+  if (!rates_look_like_degrees(data.imu, rest, data.imu.back().t_s)) return;
+  throw InputError(
+      config.imu.file +
+      ": in motion the rates tumble the body as only rates 57.3 times too large do: the gyros are in deg/s; "
+      "set imu.gyro_unit = \"dps\" (--gyro-unit dps)");
+}
+
 // The first rest starts the run: tilt, biases and position come from it.
 const RestPeriod& initial_rest(const PreparedFlight& out) {
   if (out.config.align.start == "moving") {
@@ -153,7 +183,8 @@ PreparedFlight prepare_flight(const Flight& flight) {
 
   AlignmentProblem& problem = out.problem;
   FlightData& data = problem.data;
-  PreparedImu imu = prepare_imu(flight.imu, sample_kind(config), sensor_to_body(config), config.imu.max_gap_s);
+  PreparedImu imu =
+      prepare_imu(in_si(flight.imu, config), sample_kind(config), sensor_to_body(config), config.imu.max_gap_s);
   out.gaps = imu.gaps;
   out.imu_rate_hz = std::round(1e3 / imu.median_dt_s) / 1e3;  // stamps carry rounding; nobody needs more digits
   data.imu = std::move(imu.samples);
@@ -161,8 +192,10 @@ PreparedFlight prepare_flight(const Flight& flight) {
   make_fixes(flight, out);
 
   out.rests = find_rests(data.imu, data.fixes, rest_limits(config));
+  check_rates(data, out.rests, config);
   const RestPeriod rest = initial_rest(out);
   problem.rest = rest_statistics(data.imu, data.fixes, rest);
+  for (const std::string& warning : check_force_at_rest(problem.rest, config.imu.file)) out.warnings.push_back(warning);
   problem.initial = initial_std(config);
   problem.filter = out.filter;
   out.t_begin_s = rest.begin_s;

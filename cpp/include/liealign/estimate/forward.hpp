@@ -140,10 +140,11 @@ template <typename Model, typename Visitor>
 ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Belief<Model>& belief, ImuCursor cursor,
                        double t_end, Visitor& visitor) {
   const Ekf<Model> ekf{options.dynamics, options.covariance_reset};
-  Reacquisition reacquisition{0, cursor.t_s};
+  const double begin_s = cursor.t_s;  // of two events at one time both count
+  Reacquisition reacquisition{0, begin_s};
   for (std::size_t i = 0; i < data.events.size(); ++i) {
     const Event& event = data.events[i];
-    if (event.t_s <= cursor.t_s) continue;
+    if (event.t_s <= begin_s) continue;
     if (event.t_s > t_end) break;
     propagate_to(ekf, data.imu, event.t_s, cursor, belief, visitor);
     const typename Model::State X_predicted = belief.X;

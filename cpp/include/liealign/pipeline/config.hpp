@@ -16,6 +16,8 @@ struct ImuConfig {
   std::string file;                                    // native imu.csv
   std::string model = "adis16495";                     // profile that fills every noise key that is not given
   std::string sample = "mean";                         // mean | instant | increment
+  std::string gyro_unit = "rps";                       // rps | dps: of the gyro columns
+  std::string accel_unit = "mps2";                     // mps2 | g: of the accelerometer columns
   std::string axes = "FRD";                            // where the sensor's x, y, z point: three of F B R L D U
   std::array<double, 3> mounting_rpy_deg = {0, 0, 0};  // sensor axes after `axes` to body: roll, pitch, yaw (ZYX)
   std::optional<double> noise_scale;                   // nullopt = "auto"

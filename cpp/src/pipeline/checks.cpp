@@ -1,0 +1,77 @@
+// Units and axes of an IMU log.
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/pipeline/checks.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "liealign/align/initial.hpp"
+#include "liealign/core/error.hpp"
+#include "liealign/core/units.hpp"
+#include "liealign/earth/geodesy.hpp"
+
+namespace liealign {
+namespace {
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", x);
+  return text;
+}
+
+// e(s) of the head comment, m/s^2, over at most `longest_s` of motion; 0 when there is less than 3 s of it.
+double vertical_force_error(const ImuSeries& imu, const RestStatistics& rest, double t_end_s, double scale) {
+  constexpr double kLongest_s = 20.0, kWindow_s = 1.0;
+  const double g = rest.mean_f_ib_b.norm();
+  const Vector<double, 2> roll_pitch = level(rest.mean_f_ib_b);
+  Matrix3d C_b_n = C_b_n_from_rpy({roll_pitch[0], roll_pitch[1], 0.0});
+  const double begin = rest.period.end_s, end = std::min(t_end_s, begin + kLongest_s);
+  double squares = 0.0, windows = 0.0, down = 0.0, in_window = 0.0, window_end = begin + kWindow_s;
+  for (std::size_t k = 1; k < imu.size() && imu[k].t_s <= end; ++k) {
+    if (imu[k].t_s <= begin) continue;
+    const double dt = imu[k].t_s - imu[k - 1].t_s;
+    C_b_n = C_b_n * gamma<0>(Vector3d(scale * dt * (imu[k].omega_ib_b - rest.mean_omega_ib_b)));
+    down += (C_b_n * imu[k].f_ib_b).z();
+    in_window += 1.0;
+    if (imu[k].t_s < window_end) continue;
+    squares += std::pow(down / in_window + g, 2);
+    windows += 1.0;
+    down = in_window = 0.0;
+    window_end += kWindow_s;
+  }
+  return windows < 3.0 ? 0.0 : std::sqrt(squares / windows);
+}
+
+}  // namespace
+
+std::vector<std::string> check_force_at_rest(const RestStatistics& rest, const std::string& file) {
+  const Vector3d& f = rest.mean_f_ib_b;
+  const double norm = f.norm();
+  if (norm > 0.9 && norm < 1.1) {
+    throw InputError(file + ": the specific force at rest is " + number(norm) +
+                     ", expected 9.8 m/s^2: the accelerometers are in g; set imu.accel_unit = \"g\" (--accel-unit g)");
+  }
+  if (norm < 9.0 || norm > 10.6) {
+    throw InputError(file + ": the specific force at rest is " + number(norm) +
+                     " m/s^2, expected 9.8; check the units, scale and sample kind of the accelerometers "
+                     "(imu.accel_unit, imu.sample)");
+  }
+  const double along_z = f.z() / norm;
+  if (along_z > 0.7) {
+    throw InputError(file + ": at rest the specific force along z is +" + number(f.z()) +
+                     " m/s^2, expected -9.8: z points up, not down; declare the axes, such as imu.axes = \"FLU\" "
+                     "(--axes FLU: x forward, y left, z up) or \"RFU\"");
+  }
+  if (along_z < -0.7) return {};
+  return {
+      "at rest gravity lies along x or y of the body, which stands on its side or has other axes than imu.axes says"};
+}
+
+bool rates_look_like_degrees(const ImuSeries& imu, const RestStatistics& rest, double t_end_s) {
+  // Far apart on any flight: rates 57 times too large tumble within a second of the first turn.
+  constexpr double kTumbling_mps2 = 3.0, kBetter = 3.0;
+  const double as_declared = vertical_force_error(imu, rest, t_end_s, 1.0);
+  return as_declared > kTumbling_mps2 && as_declared > kBetter * vertical_force_error(imu, rest, t_end_s, kDegToRad);
+}
+
+}  // namespace liealign
