@@ -28,8 +28,10 @@ def heading_curve(ax: plt.Axes, alignment: dict) -> None:
     lowest = min(cost for _, cost in wide)
     ax.plot([h for h, _ in wide], [c - lowest for _, c in wide], "o-", color="0.4", ms=3, lw=1)
     ax.axvline(alignment["heading_deg"], color="C3", lw=1)
-    ax.set(xlabel="candidate heading [deg]", ylabel="negative log-likelihood", xlim=(0, 360), xticks=range(0, 361, 60))
-    ax.set_title(f"heading {alignment['heading_deg']:.3f} deg, sigma {alignment['heading_std_deg']:.3f} deg", fontsize=9)
+    ax.set(xlabel="candidate heading [deg]", ylabel="negative log-likelihood")
+    ax.set(xlim=(0, 360), xticks=range(0, 361, 60))
+    heading, sigma = alignment["heading_deg"], alignment["heading_std_deg"]
+    ax.set_title(f"heading {heading:.3f} deg, sigma {sigma:.3f} deg", fontsize=9)
 
     points = [p for p in curve if p["gated"]][-3:]
     x = wrap(np.array([p["heading_deg"] for p in points]) - alignment["heading_deg"])

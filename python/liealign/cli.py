@@ -58,6 +58,8 @@ FLAGS = {
     "imu_model": Flag("--imu-model", "imu.model"),
     "gnss_latency": Flag("--gnss-latency", "gnss.latency_s", _number),
     "axes": Flag("--axes", "imu.axes"),
+    "gyro_unit": Flag("--gyro-unit", "imu.gyro_unit"),
+    "accel_unit": Flag("--accel-unit", "imu.accel_unit"),
     "heading_guess": Flag("--heading-guess", "align.heading_guess_deg", _number),
     "heading_guess_std": Flag("--heading-guess-std", "align.heading_guess_std_deg", _number),
     "imu_noise_scale": Flag("--imu-noise-scale", "imu.noise_scale", _number),
@@ -178,6 +180,10 @@ GnssLatency = Annotated[
     str | None,
     typer.Option(metavar="SECONDS|auto", help="Delay of the GNSS stamps: t_true = time_s - latency."),
 ]
+GyroUnit = Annotated[str | None, typer.Option("--gyro-unit", metavar="rps|dps", help="Unit of the gyro columns.")]
+AccelUnit = Annotated[
+    str | None, typer.Option("--accel-unit", metavar="mps2|g", help="Unit of the accelerometer columns.")
+]
 Axes = Annotated[
     str | None, typer.Option(metavar="FRD|FLU|...", help="Where the sensor's x, y, z point on the vehicle.")
 ]
@@ -231,6 +237,8 @@ def run(
     lever_arm: LeverArm = None,
     imu_model: ImuModel = None,
     gnss_latency: GnssLatency = None,
+    gyro_unit: GyroUnit = None,
+    accel_unit: AccelUnit = None,
     axes: Axes = None,
     heading_guess: HeadingGuess = None,
     heading_guess_std: HeadingGuessStd = None,
@@ -260,6 +268,8 @@ def align(
     lever_arm: LeverArm = None,
     imu_model: ImuModel = None,
     gnss_latency: GnssLatency = None,
+    gyro_unit: GyroUnit = None,
+    accel_unit: AccelUnit = None,
     axes: Axes = None,
     heading_guess: HeadingGuess = None,
     heading_guess_std: HeadingGuessStd = None,
@@ -272,7 +282,7 @@ def align(
 ) -> None:
     """Find the heading only. Flags are stronger than FLIGHT.toml."""
     with exit_codes():
-        prepared, alignment = _align(_config(toml, context.params), quiet)
+        _, alignment = _align(_config(toml, context.params), quiet)
         if json:
             sys.stdout.write(alignment.json_text)
         elif not quiet:

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "liealign/align/heading_search.hpp"
+#include "liealign/pipeline/settings.hpp"
 #include "numeric.hpp"
 
 namespace liealign {
@@ -15,6 +16,8 @@ using testing::normal3;
 using Model = LieModel<double>;
 
 constexpr double kDeg = kDegToRad;
+
+const RestLimits kLimits = rest_limits(Config{});
 
 // 100 Hz log: at rest in [0, 20) and [40, 60), moving between; a bias on the gyro, vibration everywhere.
 ImuSeries rest_move_rest(double vibration) {
@@ -32,7 +35,7 @@ ImuSeries rest_move_rest(double vibration) {
 }
 
 TEST(Rest, is_found_before_and_after_the_motion_and_not_inside_it) {
-  const std::vector<RestPeriod> rests = find_rests(rest_move_rest(1.0), {}, {});
+  const std::vector<RestPeriod> rests = find_rests(rest_move_rest(1.0), {}, kLimits);
   ASSERT_EQ(rests.size(), 2u);
   EXPECT_NEAR(rests[0].begin_s, 0.0, 0.6);
   EXPECT_NEAR(rests[0].end_s, 20.0, 1.1);
@@ -42,7 +45,7 @@ TEST(Rest, is_found_before_and_after_the_motion_and_not_inside_it) {
   EXPECT_NEAR(rests[1].end_s, 60.0, 0.6);
 }
 
-TEST(Rest, may_be_nowhere) { EXPECT_TRUE(find_rests(rest_move_rest(20.0), {}, {}).empty()); }
+TEST(Rest, may_be_nowhere) { EXPECT_TRUE(find_rests(rest_move_rest(20.0), {}, kLimits).empty()); }
 
 TEST(Rest, ends_where_fixes_move_although_the_imu_is_calm) {
   ImuSeries imu = rest_move_rest(1.0);
@@ -55,9 +58,31 @@ TEST(Rest, ends_where_fixes_move_although_the_imu_is_calm) {
     f.R_p_e = 1e-4 * Matrix3d::Identity();
     fixes.push_back(f);
   }
-  const std::vector<RestPeriod> rests = find_rests(imu, fixes, {});
+  const std::vector<RestPeriod> rests = find_rests(imu, fixes, kLimits);
   ASSERT_FALSE(rests.empty());
   EXPECT_LE(rests[0].end_s, 11.0);
+}
+
+TEST(Rest, is_not_claimed_where_a_velocity_or_no_fix_speaks_against_it) {
+  ImuSeries imu = rest_move_rest(1.0);
+  imu.resize(1800);  // all calm: a cruise looks like this as well
+  std::vector<GnssFix> fixes;
+  for (int i = 1; i < 18; ++i) {
+    GnssFix f;
+    f.t_s = i;
+    f.p_ea_e = Vector3d(6378137.0 + 3.0 * i, 0, 0);
+    f.R_p_e = 8.0 * Matrix3d::Identity();  // a consumer receiver: its position alone says little
+    f.has_velocity = true;
+    f.v_ea_e = Vector3d(3, 0, 0);
+    f.R_v_e = 0.0025 * Matrix3d::Identity();
+    fixes.push_back(f);
+  }
+  EXPECT_TRUE(find_rests(imu, fixes, kLimits).empty());
+  for (GnssFix& f : fixes) f.v_ea_e.setZero(), f.p_ea_e = Vector3d(6378137.0, 0, 0);
+  fixes.resize(8);  // an outage from 8 s on: nobody knows
+  const std::vector<RestPeriod> rests = find_rests(imu, fixes, kLimits);
+  ASSERT_EQ(rests.size(), 1u);
+  EXPECT_LE(rests[0].end_s, 8.0);
 }
 
 TEST(Rest, updates_carry_mean_rates_and_their_scatter) {

@@ -107,9 +107,10 @@ TEST(Ekf, a_split_sample_predicts_what_the_whole_one_does) {
 TEST(Ekf, a_gap_adds_its_noise) {
   Ekf<Model> ekf;
   ekf.dynamics.noise = table_1_noise();
-  ekf.dynamics.max_gap_s = 0.1;
-  EXPECT_GT(ekf.input_variance(0.11)[0], 3.99);
-  EXPECT_LT(ekf.input_variance(0.09)[0], 1e-4);
+  EXPECT_NEAR(ekf.input_variance(0.5, 0.5)[0], 4.0, 1e-3);
+  EXPECT_LT(ekf.input_variance(0.5)[0], 1e-4);
+  // split by fixes it adds up to the same velocity variance: sum of variance dt^2
+  EXPECT_NEAR(5 * ekf.input_variance(0.1, 0.5)[0] * 0.01, ekf.input_variance(0.5, 0.5)[0] * 0.25, 1e-3);
 }
 
 TEST(Ekf, the_reset_makes_the_covariance_that_of_the_updated_error) {

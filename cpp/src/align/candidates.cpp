@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/align/candidates.hpp"
 
+#include <exception>
 #include <limits>
 
 #include "liealign/estimate/score.hpp"
@@ -46,6 +47,7 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                                 const std::vector<HeadingCandidate>& candidates) {
   std::vector<CandidateScore> scores(candidates.size());
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(candidates.size());
+  std::vector<std::exception_ptr> failures(candidates.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     const std::size_t k = static_cast<std::size_t>(i);
@@ -54,7 +56,12 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
     } catch (const NumericalError&) {
       // A heading so wrong that its filter breaks down is simply the worst.
       scores[k].cost = std::numeric_limits<double>::infinity();
+    } catch (...) {
+      failures[k] = std::current_exception();  // none may leave a parallel region
     }
+  }
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
   }
   return scores;
 }

@@ -133,18 +133,24 @@ HeadingResult HeadingSearch::result() const {
   if (informative) r.sigma_rad = parabola.sigma();
   r.modes = modes_.empty() ? std::vector<HeadingMode>{{r.heading_rad, 1.0}} : modes_;
 
+  // What the flight itself says: a typed-in guess is not counted for the verdict.
+  double information = r.sigma_rad ? 1.0 / (*r.sigma_rad * *r.sigma_rad) : 0.0;
+  if (options_.guess_rad) information -= 1.0 / (options_.guess_std_rad * options_.guess_std_rad);
+  if (best_.fixes == 0) information = 0.0;
+  const double data_sigma = information > 0.0 ? 1.0 / std::sqrt(information) : 2.0 * kPi;
   constexpr double kInterval = 2.0 * 1.959963984540054;  // width of the 95 % interval in sigma
   const bool second_mode = r.modes.size() > 1 && r.modes[1].mass > kSecondModeMass;
-  if (!r.sigma_rad || kInterval * *r.sigma_rad > kPi) {
+  if (kInterval * data_sigma > kPi) {
     r.sigma_rad.reset();
     r.verdict = "unobservable";
     r.advice =
         "the flight holds no horizontal acceleration that would show the heading; fly straight legs with quick starts "
-        "and stops";
+        "and "
+        "stops";
   } else if (second_mode) {
     r.verdict = "ambiguous";
     r.advice = "more than one heading explains the flight; accelerate in two different horizontal directions";
-  } else if (*r.sigma_rad <= options_.max_sigma_rad && r.settled) {
+  } else if (data_sigma <= options_.max_sigma_rad && r.settled) {
     r.verdict = "aligned";
     r.advice = "the heading is determined by the flight";
   } else {

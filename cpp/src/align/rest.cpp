@@ -11,7 +11,7 @@ namespace {
 constexpr double kWindow_s = 0.5;
 
 struct Window {
-  double begin_s, end_s;
+  double begin_s, end_s, samples;
   Vector3d mean_omega, mean_f, std_omega, std_f;
 };
 
@@ -31,6 +31,7 @@ Window summarise(const ImuSeries& imu, std::size_t first, std::size_t last) {
   };
   return {imu[first - 1].t_s,
           imu[last - 1].t_s,
+          n,
           imu[first].omega_ib_b + sum_w / n,
           imu[first].f_ib_b + sum_f / n,
           deviation(sum_w, square_w),
@@ -51,10 +52,13 @@ std::vector<Window> windows(const ImuSeries& imu) {
 }
 
 // The rest so far: slow averages, so that a warming sensor may drift.
+// The position of a rest.
 struct Reference {
   Vector3d omega = Vector3d::Zero(), f = Vector3d::Zero();
   Vector3d p = Vector3d::Zero();
   double fixes = 0.0;
+  double last_fix_s = 0.0;
+  int disagreeing = 0;  // fixes in a row
 
   void follow(const Window& w) {
     omega += 0.2 * (w.mean_omega - omega);
@@ -62,12 +66,43 @@ struct Reference {
   }
 };
 
+// Away from where the rest began, or with a velocity of its own.
+bool shows_motion(const GnssFix& fix, const Reference& reference, double sigmas) {
+  if (fix.has_velocity && fix.v_ea_e.norm() > sigmas * std::sqrt(fix.R_v_e.trace())) return true;
+  return reference.fixes > 0.0 && (fix.p_ea_e - reference.p).norm() > sigmas * std::sqrt(fix.R_p_e.trace());
+}
+
+// Whether the rest goes on after this fix. Three in a row that show motion end it: one or two may be outliers.
 bool fix_stays(const GnssFix& fix, Reference& reference, double sigmas) {
-  const double sigma = std::sqrt(fix.R_p_e.trace());
-  if (reference.fixes > 0.0 && (fix.p_ea_e - reference.p).norm() > sigmas * sigma) return false;
-  reference.fixes = std::min(reference.fixes + 1.0, 20.0);
-  reference.p += (fix.p_ea_e - reference.p) / reference.fixes;
+  constexpr double kFirstFixes =
+      5.0;  // the position of the rest is their mean: a mean that follows would follow a drift
+  constexpr int kOutliers = 2;
+  if (shows_motion(fix, reference, sigmas)) return ++reference.disagreeing <= kOutliers;
+  if (reference.fixes < kFirstFixes) reference.p += (fix.p_ea_e - reference.p) / (reference.fixes + 1.0);
+  reference.fixes += 1.0;
+  reference.disagreeing = 0;
+  reference.last_fix_s = fix.t_s;
   return true;
+}
+
+// The fixes of a period without those far from their median.
+std::vector<GnssFix> typical_fixes(const std::vector<GnssFix>& fixes, const RestPeriod& period) {
+  constexpr double kFar = 5.0;  // standard deviations of a fix
+  std::vector<GnssFix> inside;
+  for (const GnssFix& f : fixes) {
+    if (f.t_s >= period.begin_s && f.t_s <= period.end_s) inside.push_back(f);
+  }
+  if (inside.empty()) return inside;
+  Vector3d median;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const GnssFix& f : inside) values.push_back(f.p_ea_e[axis]);
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+    median[axis] = values[values.size() / 2];
+  }
+  std::erase_if(inside,
+                [&](const GnssFix& f) { return (f.p_ea_e - median).norm() > kFar * std::sqrt(f.R_p_e.trace()); });
+  return inside;
 }
 
 bool calm(const Window& w, const RestLimits& limits) {
@@ -83,6 +118,8 @@ std::vector<RestPeriod> find_rests(const ImuSeries& imu, const std::vector<GnssF
   Reference reference;
   std::size_t next_fix = 0;
   const auto close = [&] {
+    // A calm IMU does not tell rest from steady motion: where there are fixes, a rest lasts as long as they say so.
+    if (open && !fixes.empty()) period.end_s = std::min(period.end_s, reference.last_fix_s);
     if (open && period.end_s - period.begin_s >= limits.min_duration_s) rests.push_back(period);
     open = false;
   };
@@ -90,10 +127,12 @@ std::vector<RestPeriod> find_rests(const ImuSeries& imu, const std::vector<GnssF
     const bool connected = open && w.begin_s - period.end_s < kWindow_s;
     bool still = calm(w, limits);
     if (still && connected) {
-      still = (w.mean_omega - reference.omega).norm() <= limits.gyro_mean_rps &&
-              (w.mean_f - reference.f).norm() <= limits.accel_mean_mps2;
+      // what the window's own noise moves its mean by is no motion
+      const double noise = 4.0 / std::sqrt(w.samples);
+      still = (w.mean_omega - reference.omega).norm() <= limits.gyro_mean_rps + noise * w.std_omega.norm() &&
+              (w.mean_f - reference.f).norm() <= limits.accel_mean_mps2 + noise * w.std_f.norm();
     }
-    Reference trial = connected ? reference : Reference{w.mean_omega, w.mean_f, Vector3d::Zero(), 0.0};
+    Reference trial = connected ? reference : Reference{w.mean_omega, w.mean_f, Vector3d::Zero(), 0.0, w.begin_s, 0};
     while (next_fix < fixes.size() && fixes[next_fix].t_s <= w.begin_s) ++next_fix;
     for (std::size_t i = next_fix; still && i < fixes.size() && fixes[i].t_s <= w.end_s; ++i) {
       still = fix_stays(fixes[i], trial, limits.gnss_drift_sigma);
@@ -129,8 +168,7 @@ RestStatistics rest_statistics(const ImuSeries& imu, const std::vector<GnssFix>&
   }
   s.mean_omega_ib_b /= samples;
   s.mean_f_ib_b /= samples;
-  for (const GnssFix& fix : fixes) {
-    if (fix.t_s < period.begin_s || fix.t_s > period.end_s) continue;
+  for (const GnssFix& fix : typical_fixes(fixes, period)) {
     ++s.fixes;
     const double n = static_cast<double>(s.fixes);
     s.p_ea_e += (fix.p_ea_e - s.p_ea_e) / n;

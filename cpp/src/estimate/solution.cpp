@@ -21,6 +21,7 @@ NavRow nav_row(const Epoch& e) {
   row.v_n_mps = C_e_n * e.X.first.v;
   row.rpy_rad = rpy_from_C_b_n(C_b_n);
   if (row.rpy_rad[2] < 0.0) row.rpy_rad[2] += 2.0 * kPi;
+  if (row.rpy_rad[2] >= 2.0 * kPi) row.rpy_rad[2] = 0.0;  // a rounding below zero
   const auto sigmas = [](const Matrix3d& A, const Matrix3d& P) -> Vector3d {
     return (A * P * A.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
   };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "liealign/core/error.hpp"
 
@@ -47,6 +48,10 @@ PreparedImu prepare_imu(const ImuSeries& raw, ImuSampleKind kind, const Matrix3d
   if (raw.size() < 2) throw InputError("the IMU log has fewer than two samples");
   PreparedImu out;
   out.median_dt_s = median_interval(raw);
+  if (max_gap_s < 1.5 * out.median_dt_s) {
+    throw InputError("imu.max_gap_s is " + std::to_string(max_gap_s) + " s, but the IMU log has a sample every " +
+                     std::to_string(out.median_dt_s) + " s; expected at least 1.5 times that");
+  }
   const ImuSeries log = rates_of(raw, kind, out.median_dt_s, max_gap_s);
   out.samples.resize(log.size());
   out.samples[0] = log[0];
@@ -59,6 +64,7 @@ PreparedImu prepare_imu(const ImuSeries& raw, ImuSampleKind kind, const Matrix3d
     const ImuSample mean = mean_over_interval(log, k, kind, gap);
     ImuSample& s = out.samples[k];
     s = mean;
+    s.gap_s = gap ? dt : 0.0;
     if (!gap) {
       // Instants know their own slope; means take it from the middle of the interval before.
       Vector3d s_w = Vector3d::Zero(), s_f = Vector3d::Zero();

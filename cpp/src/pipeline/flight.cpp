@@ -10,11 +10,14 @@
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
 #include "liealign/io/csv.hpp"
+#include "liealign/io/rtklib_pos.hpp"
 #include "liealign/pipeline/checks.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign {
 namespace {
+
+constexpr double kNudge_m = 0.5;  // a vehicle pushed about on its place
 
 std::string seconds(double t) {
   char text[32];
@@ -66,7 +69,7 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
     if (!accepted(flight.gnss[i], flight.config)) {
       out.record_use.back() = RecordUse::quality_not_accepted;
       ++refused;
-    } else if (fix.t_s <= begin || fix.t_s > end) {
+    } else if (fix.t_s < begin || fix.t_s > end) {
       out.record_use.back() = RecordUse::outside_imu;
     } else {
       data.fixes.push_back(fix);
@@ -77,9 +80,13 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
                      ": no row has an accepted fix; gnss.accept_fix lists the values of the column \"fix\" to use");
   }
   if (data.fixes.empty()) {
-    throw InputError("the IMU and the GNSS log do not overlap: " + flight.config.imu.file + " covers " +
-                     span(begin, end) + ", " + flight.config.gnss.file + " " +
+    const auto named = [](const char* what, const std::string& file) {
+      return file.empty() ? std::string(what) : file;
+    };
+    throw InputError("the IMU and the GNSS log do not overlap: " + named("the IMU log", flight.config.imu.file) +
+                     " covers " + span(begin, end) + ", " + named("the GNSS log", flight.config.gnss.file) + " " +
                      span(out.record_time_s.front(), out.record_time_s.back()) +
+                     (refused ? " (with " + std::to_string(refused) + " rows that gnss.accept_fix refuses)" : "") +
                      " (after gnss.latency_s); bring both to one time scale");
   }
 }
@@ -112,7 +119,7 @@ void check_rates(const FlightData& data, std::vector<RestPeriod> rests, const Co
       "set imu.gyro_unit = \"dps\" (--gyro-unit dps)");
 }
 
-// The first rest starts the run: tilt, biases and position come from it.
+// The last rest before the first motion starts the run: tilt, biases and position come from it.
 const RestPeriod& initial_rest(const PreparedFlight& out) {
   if (out.config.align.start == "moving") {
     throw InputError(
@@ -123,14 +130,25 @@ const RestPeriod& initial_rest(const PreparedFlight& out) {
                            " s with fixes (see the keys of [rest])";
   if (out.rests.empty()) throw InputError("the log holds no rest" + what);
   const auto& fixes = out.problem.data.fixes;
+  const RestPeriod* chosen = nullptr;
+  RestStatistics at;
   for (const RestPeriod& r : out.rests) {
-    const auto inside = [&](const GnssFix& f) { return f.t_s >= r.begin_s && f.t_s <= r.end_s; };
-    if (std::any_of(fixes.begin(), fixes.end(), inside)) return r;
+    const RestStatistics statistics = rest_statistics(out.problem.data.imu, fixes, r);
+    if (statistics.fixes == 0) continue;
+    // A nudge ends a rest without a motion: go on to the next one while no fix in between has left the place.
+    const double reach = kNudge_m + out.config.rest.gnss_drift_sigma * std::sqrt(at.R_p_e.trace());
+    const auto left = [&](const GnssFix& f) {
+      return f.t_s > at.period.end_s && f.t_s <= r.end_s && (f.p_ea_e - at.p_ea_e).norm() > reach;
+    };
+    if (chosen && std::any_of(fixes.begin(), fixes.end(), left)) break;
+    chosen = &r;
+    at = statistics;
   }
-  throw InputError("no fix falls into a rest" + what);
+  if (!chosen) throw InputError("no fix falls into a rest" + what);
+  return *chosen;
 }
 
-// Fixes of the first rest are its averaged position and not updates as well; fixes before it are not used.
+// Fixes of the initial rest are its averaged position and not updates as well; fixes before it are not used.
 void drop_fixes_up_to(double t_start, const RestPeriod& rest, PreparedFlight& out) {
   auto& fixes = out.problem.data.fixes;
   for (const GnssFix& f : fixes) {
@@ -145,9 +163,18 @@ void warn(const Flight& flight, PreparedFlight& out) {
   if (flight.config.gnss.lever_arm_b_m == std::array<double, 3>{0, 0, 0}) {
     out.warnings.push_back("gnss.lever_arm_b_m is zero: the antenna is taken to be at the IMU");
   }
-  for (const ImuGap& gap : out.gaps) {
+  constexpr std::size_t kListed = 3;
+  double gap_s = 0.0;
+  for (std::size_t i = 0; i < out.gaps.size(); ++i) {
+    const ImuGap& gap = out.gaps[i];
+    gap_s += gap.end_s - gap.begin_s;
+    if (i >= kListed) continue;
     out.warnings.push_back("the IMU log has a gap from " + span(gap.begin_s, gap.end_s) +
                            "; it is bridged and the noise grows there");
+  }
+  if (out.gaps.size() > kListed) {
+    out.warnings.push_back("the IMU log has " + std::to_string(out.gaps.size()) + " gaps, " + seconds(gap_s) +
+                           " s in all; the first " + std::to_string(kListed) + " are listed");
   }
   if (out.t_begin_s > data.imu.front().t_s + 1.0) {
     out.warnings.push_back("the run starts with the rest at " + seconds(out.t_begin_s) + " s; " +
@@ -167,7 +194,8 @@ Flight read_flight(const Config& config) {
   Flight flight;
   flight.config = config;
   flight.imu = read_imu_csv(config.imu.file, flight.warnings);
-  flight.gnss = read_gnss_csv(config.gnss.file, flight.warnings);
+  flight.gnss = looks_like_rtklib_pos(config.gnss.file) ? read_rtklib_pos(config.gnss.file, flight.warnings).records
+                                                        : read_gnss_csv(config.gnss.file, flight.warnings);
   return flight;
 }
 

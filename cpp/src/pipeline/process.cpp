@@ -76,6 +76,8 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
                                         problem.initial, data.l_ba_b, flight.filter.dynamics.gravity);
   const ImuCursor start = cursor_at(data.imu, flight.t_begin_s);
   ForwardRecorder recorder{{}, flight, filter, progress, solution, {{belief, start, belief}}};
+  const ImuSample& first = data.imu[start.k - 1];
+  if (flight.config.output.filtered && first.t_s == start.t_s) solution.filtered.push_back(epoch_of(first.t_s, belief));
   forward_pass(data, filter, belief, start, data.imu.back().t_s, recorder);
 
   const Ekf<Model> ekf{flight.filter.dynamics, flight.filter.covariance_reset};

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/io/csv.hpp"
 #include "liealign/io/json.hpp"
 #include "liealign/io/text_file.hpp"
+#include "liealign/pipeline/config_files.hpp"
 
 namespace liealign {
 namespace {
@@ -24,7 +26,12 @@ void put3(double* cells, const Vector3d& v, double factor = 1.0) {
   for (int i = 0; i < 3; ++i) cells[i] = factor * v[i];
 }
 
-void write_trajectory(const std::string& path, const std::vector<Epoch>& epochs) {
+// Where the data do not determine the heading, the filter's sigma is that of its start, and says nothing.
+bool states_heading_std(const HeadingResult& heading) {
+  return heading.verdict == "aligned" || heading.verdict == "weak";
+}
+
+void write_trajectory(const std::string& path, const std::vector<Epoch>& epochs, bool heading_std) {
   const std::vector<CsvColumn> columns = {
       {"time_s", 6},     {"lat_deg", 11},     {"lon_deg", 11},      {"height_m", 5},       {"vn_mps", 6},
       {"ve_mps", 6},     {"vd_mps", 6},       {"roll_deg", 6},      {"pitch_deg", 6},      {"heading_deg", 6},
@@ -38,9 +45,11 @@ void write_trajectory(const std::string& path, const std::vector<Epoch>& epochs)
     c[3] = row.height_m;
     put3(c + 4, row.v_n_mps);
     put3(c + 7, row.rpy_rad, kRadToDeg);
+    if (c[9] >= 360.0 - 5e-7) c[9] = 0.0;  // 360.000000 is not in [0, 360)
     put3(c + 10, row.std_p_n_m);
     put3(c + 13, row.std_v_n_mps);
     put3(c + 16, row.std_rpy_rad, kRadToDeg);
+    if (!heading_std) c[18] = std::numeric_limits<double>::quiet_NaN();
   });
 }
 
@@ -111,15 +120,20 @@ void put_scales(Json& json, const PreparedFlight& flight) {
 
 std::vector<std::string> run_warnings(const PreparedFlight& flight, const HeadingResult& heading) {
   std::vector<std::string> warnings = flight.warnings;
-  // Twice is beyond what the chance of some tens of fixes makes.
-  const double scale = heading.gate_scales.position;
-  if (scale > 2.0) {
+  if (heading.verdict != "aligned") {
+    warnings.push_back("the heading is " + heading.verdict + ": " + heading.advice +
+                       (states_heading_std(heading) ? "" : "; the trajectory states no heading sigma"));
+  }
+  const auto mismatch = [&](const char* what, double scale) {
+    if (scale <= 2.0) return;  // what the chance of some tens of fixes makes
     char text[64];
     std::snprintf(text, sizeof text, "%.1f", std::sqrt(scale));
-    warnings.push_back(std::string("the fixes disagree with the filter by ") + text +
+    warnings.push_back(std::string("the ") + what + " of the fixes disagree with the filter by " + text +
                        " times what its noise model says, and the stated sigmas are too small by about as much; raise "
                        "imu.noise_scale, or check gnss.latency_s and the lever arm");
-  }
+  };
+  mismatch("positions", heading.gate_scales.position);
+  mismatch("velocities", heading.gate_scales.velocity);
   return warnings;
 }
 
@@ -185,7 +199,7 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
   return dump_json(json) + "\n";
 }
 
-std::string summary_json(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution) {
+Json summary(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution) {
   Json json;
   json["version"] = LIEALIGN_VERSION;
   json["verdict"] = heading.verdict;
@@ -220,7 +234,11 @@ std::string summary_json(const PreparedFlight& flight, const HeadingResult& head
   json["median_std_pitch_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[1] * kRadToDeg; });
   json["median_std_heading_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[2] * kRadToDeg; });
   json["warnings"] = run_warnings(flight, heading);
-  return dump_json(json) + "\n";
+  return json;
+}
+
+std::string summary_json(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution) {
+  return dump_json(summary(flight, heading, solution)) + "\n";
 }
 
 void write_results(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading,
@@ -230,19 +248,19 @@ void write_results(const std::string& folder, const PreparedFlight& flight, cons
   if (failure) throw InputError(folder + ": the folder cannot be made: " + failure.message());
   const auto in = [&](const char* name) { return (std::filesystem::path(folder) / name).string(); };
   // Texts first: whatever can fail in them fails before a file is written.
-  const std::string summary = summary_json(flight, heading, solution), alignment = alignment_json(flight, heading);
-  const std::string config = dump_config(flight.config);
-  write_trajectory(in("trajectory.csv"), solution.smoothed);
+  const std::string numbers = summary_json(flight, heading, solution), alignment = alignment_json(flight, heading);
+  const std::string config = dump_config(files_relative_to(folder, flight.config));
+  write_trajectory(in("trajectory.csv"), solution.smoothed, states_heading_std(heading));
   // One of an earlier run would not belong to these results.
   if (solution.filtered.empty()) {
     std::filesystem::remove(in("filtered.csv"), failure);
   } else {
-    write_trajectory(in("filtered.csv"), solution.filtered);
+    write_trajectory(in("filtered.csv"), solution.filtered, states_heading_std(heading));
   }
   write_biases(in("biases.csv"), solution.smoothed);
   write_innovations(in("innovations.csv"), solution.fixes);
   write_text_file(in("alignment.json"), alignment);
-  write_text_file(in("summary.json"), summary);
+  write_text_file(in("summary.json"), numbers);
   write_text_file(in("config.toml"), config);
 }
 

@@ -39,7 +39,6 @@ FilterOptions filter_options(const Config& config) {
   o.dynamics.mechanization = config.filter.mechanization == "paper" ? Mechanization::paper : Mechanization::exact;
   o.dynamics.gravity = config.filter.gravity == "j2" ? GravityModel::j2 : GravityModel::normal;
   o.dynamics.noise = imu_noise(config);
-  o.dynamics.max_gap_s = config.imu.max_gap_s;
   o.covariance_reset = config.filter.covariance_reset;
   o.gate.outliers = config.gnss.outlier == "reject" ? Outliers::reject
                     : config.gnss.outlier == "off"  ? Outliers::off

@@ -1,7 +1,8 @@
 // Rest detection: when did the vehicle stand still, and what did its sensors say then.
 //
 // A window (half a second) is at rest when rate and force vary little inside it, their means stay where the rest so far
-// had them, and the fixes stay within their noise. "Nowhere" is a valid answer. Source: DESIGN; TAES IV-D.
+// had them, and the fixes stay within their noise and do not move; where there are fixes, a rest ends with the last one that
+// agrees. "Nowhere" is a valid answer. Source: DESIGN; TAES IV-D.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,12 +13,12 @@
 namespace liealign {
 
 struct RestLimits {
-  double min_duration_s = 5.0;
-  double gyro_std_rps = 0.07;   // inside a window, any axis
-  double gyro_mean_rps = 0.01;  // change of the window mean against the rest so far
+  double min_duration_s;
+  double gyro_std_rps;   // inside a window, any axis
+  double gyro_mean_rps;  // change of the window mean against the rest so far
   double accel_std_mps2 = 0.4;
   double accel_mean_mps2 = 0.15;
-  double gnss_drift_sigma = 5.0;  // position against the mean of the rest so far, in standard deviations of a fix
+  double gnss_drift_sigma;  // position against the mean of the rest so far, in standard deviations of a fix
 };
 
 struct RestPeriod {

@@ -42,7 +42,6 @@ struct Dynamics {
   Mechanization mechanization = Mechanization::exact;
   GravityModel gravity = GravityModel::normal;
   ImuNoise noise;
-  double max_gap_s = 0.1;  // a longer step carries the gap noise as well
 };
 
 template <typename Model>
@@ -60,7 +59,7 @@ struct Ekf {
   NavTransition<Scalar> predict(Belief<Model>& belief, const ImuSample& sample, double dt) const {
     const NavTransition<Scalar> t =
         Model::step(belief.X, sample.omega_ib_b, sample.f_ib_b, dt, dynamics.mechanization, dynamics.gravity);
-    propagate_covariance(belief.P, t, dt);
+    propagate_covariance(belief.P, t, dt, sample.gap_s);
     return t;
   }
 
@@ -103,8 +102,8 @@ struct Ekf {
   }
 
   // P <- [F B; 0 I] P [F B; 0 I]^T + [B Sigma B^T, 0; 0, Q_b], with the zeros and identities used.
-  void propagate_covariance(Covariance& P, const NavTransition<Scalar>& t, double dt) const {
-    const Vector<Scalar, kBias> Sigma = input_variance(dt);
+  void propagate_covariance(Covariance& P, const NavTransition<Scalar>& t, double dt, double gap_s = 0.0) const {
+    const Vector<Scalar, kBias> Sigma = input_variance(dt, gap_s);
     const SquareMatrix<Scalar, kNav> P_nn = P.template topLeftCorner<kNav, kNav>();
     const Eigen::Matrix<Scalar, kNav, kBias> P_nb = P.template topRightCorner<kNav, kBias>();
     SquareMatrix<Scalar, kBias> P_bb = P.template bottomRightCorner<kBias, kBias>();
@@ -120,14 +119,13 @@ struct Ekf {
     symmetrise(P);
   }
 
-  // Variance of the mean input over dt: N^2 / dt (accelerometer first, as the biases), and the gap noise in a gap.
-  Vector<Scalar, kBias> input_variance(double dt) const {
+  // Variance of the mean input over dt: N^2 / dt (accelerometer first, as the biases); inside a gap of length T also
+  // sigma_gap^2 T / dt, which adds up to sigma_gap^2 over the gap however fixes split it.
+  Vector<Scalar, kBias> input_variance(double dt, double gap_s = 0.0) const {
     const ImuNoise& n = dynamics.noise;
     double a = n.accel_vrw * n.accel_vrw / dt, g = n.gyro_arw * n.gyro_arw / dt;
-    if (dt > dynamics.max_gap_s) {
-      a += n.accel_gap_mps2 * n.accel_gap_mps2;
-      g += n.gyro_gap_rps * n.gyro_gap_rps;
-    }
+    a += n.accel_gap_mps2 * n.accel_gap_mps2 * gap_s / dt;
+    g += n.gyro_gap_rps * n.gyro_gap_rps * gap_s / dt;
     return six(a, g);
   }
 

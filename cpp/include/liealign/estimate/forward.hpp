@@ -154,13 +154,16 @@ ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Bel
       visitor.updated(event, UpdateKind::position,
                       position_update(ekf, options, data.l_ba_b, fix, reacquisition, belief, P_predicted));
       if (fix.has_velocity) {
-        const Vector3d omega = data.imu[std::min(cursor.k, data.imu.size() - 1)].omega_ib_b;
+        // The sample that has led here: on a stamp the cursor is already at the next one.
+        const std::size_t k = data.imu[cursor.k - 1].t_s == cursor.t_s ? cursor.k - 1 : cursor.k;
+        const Vector3d& omega = data.imu[k].omega_ib_b;
         visitor.updated(event, UpdateKind::velocity,
                         gated_update(ekf, options.velocity_gate, belief, fix.v_ea_e,
                                      Model::gnss_velocity(belief.X, data.l_ba_b, omega), fix.R_v_e));
       }
     } else {
       rest_update(ekf, options, event, data.rests[event.index], belief, visitor);
+      reacquisition.last_inside_s = event.t_s;
     }
     visitor.checkpoint(i, belief, cursor, X_predicted, P_predicted);
   }

@@ -27,10 +27,7 @@ struct LieModel {
   static NavTransition<Scalar> step(State& X, const Vector3d& omega_measured, const Vector3d& f_measured, double dt,
                                     Mechanization mechanization, GravityModel gravity) {
     const ImuInput<Scalar> u{omega_measured.cast<Scalar>() - b_g(X), f_measured.cast<Scalar>() - b_a(X), dt};
-    const SE23<Scalar> next = mechanize(X.first, u, mechanization, gravity);
-    const NavTransition<Scalar> t = transition(X.first, next, u, mechanization, gravity);
-    X.first = next;
-    return t;
+    return advance(X.first, u, mechanization, gravity);
   }
 
   static Prediction<Scalar> gnss_position(const State& X, const Vector3d& l_ba_b) {

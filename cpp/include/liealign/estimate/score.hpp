@@ -21,7 +21,6 @@ struct Score {
   Scalar negative_log_likelihood{0};
   Scalar position_squares{0};  // sum of |z|^2, m^2
   std::size_t positions = 0;
-  std::size_t beyond_gate = 0;
   std::vector<Scalar> position_nis, velocity_nis;
 
   // `options` has the gates that bound the loss.
@@ -30,7 +29,6 @@ struct Score {
     const bool position = kind == UpdateKind::position;
     negative_log_likelihood +=
         innovation.half_log_det_S + bounded_loss(position ? options.gate : options.velocity_gate, innovation.nis);
-    if (innovation.verdict != Verdict::used) ++beyond_gate;
     (position ? position_nis : velocity_nis).push_back(innovation.nis);
     if (!position) return;
     position_squares += innovation.z.squaredNorm();
@@ -46,7 +44,14 @@ struct Score {
   }
 
   Scalar nis_90() const { return nis_90(position_nis); }
-  GateScales gate_scales() const { return {gate_scale(nis_90(position_nis)), gate_scale(nis_90(velocity_nis))}; }
+  // Of few fixes the 90 % point is an outlier itself: then the gates stay as they are.
+  GateScales gate_scales() const {
+    constexpr std::size_t kEnough = 20;
+    const auto scale = [](const std::vector<Scalar>& nis) {
+      return nis.size() < kEnough ? 1.0 : gate_scale(static_cast<double>(nis_90(nis)));
+    };
+    return {scale(position_nis), scale(velocity_nis)};
+  }
 
   // P_RMS in m; nan without a position.
   Scalar p_rms() const {

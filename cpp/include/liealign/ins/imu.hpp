@@ -15,6 +15,7 @@ struct ImuSample {
   double t_s = 0.0;
   Vector3d omega_ib_b = Vector3d::Zero();  // rad/s
   Vector3d f_ib_b = Vector3d::Zero();      // m/s^2
+  double gap_s = 0.0;                      // prepared: the gap of the log that this sample bridges; 0 for none
 };
 
 using ImuSeries = std::vector<ImuSample>;

@@ -73,8 +73,7 @@ ExactStep<Scalar> exact_step(const SE23<Scalar>& X, const ImuInput<Scalar>& u, G
 
 // (Eq. 14).
 template <typename Scalar>
-SE23<Scalar> mechanize_exact(const SE23<Scalar>& X, const ImuInput<Scalar>& u, GravityModel model) {
-  const detail::ExactStep<Scalar> s = detail::exact_step(X, u, model);
+SE23<Scalar> mechanize_exact(const SE23<Scalar>& X, const ImuInput<Scalar>& u, const detail::ExactStep<Scalar>& s) {
   const Vector3<Scalar> omega_ie = wgs84::omega_ie_e<Scalar>();
   const Scalar dt(u.dt);
   const Vector3<Scalar> v_i = X.v + omega_ie.cross(X.p);  // v'
@@ -93,9 +92,8 @@ SE23<Scalar> mechanize_exact(const SE23<Scalar>& X, const ImuInput<Scalar>& u, G
 // D_m = d(Gamma_m f)/d(w dt); then nu = nu' - hat(C^T omega_ie) rho at both ends.
 template <typename Scalar>
 NavTransition<Scalar> transition_exact(const SE23<Scalar>& X, const SE23<Scalar>& next, const ImuInput<Scalar>& u,
-                                       GravityModel model) {
+                                       const detail::ExactStep<Scalar>& s) {
   constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho, kBa = 0, kBg = 3;
-  const detail::ExactStep<Scalar> s = detail::exact_step(X, u, model);
   const Scalar dt(u.dt);
   const Matrix3<Scalar> G0t = s.G0.transpose();
   const Matrix3<Scalar> W = hat(X.C.transpose() * wgs84::omega_ie_e<Scalar>());
@@ -173,14 +171,29 @@ NavTransition<Scalar> transition_paper(const SE23<Scalar>& X, const ImuInput<Sca
 }
 
 template <typename Scalar>
+SE23<Scalar> mechanize_exact(const SE23<Scalar>& X, const ImuInput<Scalar>& u, GravityModel model) {
+  return mechanize_exact(X, u, detail::exact_step(X, u, model));
+}
+
+// The state alone.
+template <typename Scalar>
 SE23<Scalar> mechanize(const SE23<Scalar>& X, const ImuInput<Scalar>& u, Mechanization kind, GravityModel model) {
   return kind == Mechanization::exact ? mechanize_exact(X, u, model) : mechanize_paper(X, u, model);
 }
 
+// X becomes the next state; its transition is returned.
 template <typename Scalar>
-NavTransition<Scalar> transition(const SE23<Scalar>& X, const SE23<Scalar>& next, const ImuInput<Scalar>& u,
-                                 Mechanization kind, GravityModel model) {
-  return kind == Mechanization::exact ? transition_exact(X, next, u, model) : transition_paper(X, u, model);
+NavTransition<Scalar> advance(SE23<Scalar>& X, const ImuInput<Scalar>& u, Mechanization kind, GravityModel model) {
+  if (kind == Mechanization::paper) {
+    const NavTransition<Scalar> t = transition_paper(X, u, model);
+    X = mechanize_paper(X, u, model);
+    return t;
+  }
+  const detail::ExactStep<Scalar> s = detail::exact_step(X, u, model);
+  const SE23<Scalar> next = mechanize_exact(X, u, s);
+  const NavTransition<Scalar> t = transition_exact(X, next, u, s);
+  X = next;
+  return t;
 }
 
 // Inverse strapdown: the input that takes X to `next` in attitude and velocity over dt.

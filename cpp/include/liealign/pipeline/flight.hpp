@@ -32,7 +32,7 @@ struct PreparedFlight {
   std::vector<ImuGap> gaps;
   std::vector<RecordUse> record_use;  // per GNSS record
   std::vector<double> record_time_s;  // per GNSS record: true time
-  double t_begin_s = 0.0;             // the run begins: start of the first rest
+  double t_begin_s = 0.0;             // the run begins: start of the initial rest
   double imu_rate_hz = 0.0;
   double latency_s = 0.0;
   double imu_noise_scale = 1.0;

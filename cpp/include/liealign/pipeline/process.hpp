@@ -40,7 +40,7 @@ struct Solution {
 
 // Filter and smoother from psi* of the alignment. The heading's initial standard deviation is at least five times the
 // alignment's, so that the flight, which the alignment has already used, is not counted twice (its share in the posterior
-// information is below 4 %); a typed-in prior with a smaller one is kept.
+// information is below 4 % up to a sigma of 4 deg; the first order of the error allows 20 deg at most); a typed-in prior with a smaller one is kept.
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {});
 
 }  // namespace liealign

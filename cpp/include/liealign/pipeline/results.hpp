@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "liealign/io/json.hpp"
 #include "liealign/pipeline/process.hpp"
 
 namespace liealign {
@@ -20,10 +21,12 @@ std::string verdict_word(const FixRecord& fix);
 // estimates that were not made are null.
 std::string alignment_json(const PreparedFlight& flight, const HeadingResult& heading);
 
-// summary.json: one number per key, units in the keys.
+// summary.json: one number per key, units in the keys; as a tree and as its text.
+Json summary(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution);
 std::string summary_json(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution);
 
-// Writes every file into the folder, which is made if need be. Each file appears whole or not at all.
+// Writes every file into the folder, which is made if need be. Each file appears whole or not at all. The file names
+// in config.toml are relative to the folder, so that it runs again from there.
 void write_results(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading,
                    const Solution& solution);
 

@@ -7,7 +7,8 @@
 //
 // w, eps are white. Source: TAES V-B and (34). TAES prints the white noise without 1/sqrt(dt), and an Euler step for
 // the bias in which tau multiplies dt, so that its tau is a rate (1/s); here the discretisation is exact and tau a time
-// (s). The velocity of the antenna is Groves (2013) 14.3.2. SPDX-License-Identifier: Apache-2.0
+// (s). The velocity of the antenna is Groves (2013) 14.3.2.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
