@@ -37,7 +37,7 @@ def heading_curve(ax: plt.Axes, alignment: dict) -> None:
     x = wrap(np.array([p["heading_deg"] for p in points]) - alignment["heading_deg"])
     y = np.array([p["cost"] for p in points])
     fit = np.polynomial.Polynomial.fit(x, y - y.min(), 2)
-    inset = ax.inset_axes((0.55, 0.55, 0.4, 0.38))
+    inset = ax.inset_axes((0.12, 0.5, 0.4, 0.4))
     fine = np.linspace(1.4 * x.min(), 1.4 * x.max(), 100)
     inset.plot(fine, fit(fine), color="C0", lw=1)
     inset.plot(x, y - y.min(), "o", color="C0", ms=3)
