@@ -180,7 +180,9 @@ GnssLatency = Annotated[
     str | None,
     typer.Option(metavar="SECONDS|auto", help="Delay of the GNSS stamps: t_true = time_s - latency."),
 ]
-GyroUnit = Annotated[str | None, typer.Option("--gyro-unit", metavar="rps|dps", help="Unit of the gyro columns.")]
+GyroUnit = Annotated[
+    str | None, typer.Option("--gyro-unit", metavar="rps|dps", help="Unit of the gyro columns.")
+]
 AccelUnit = Annotated[
     str | None, typer.Option("--accel-unit", metavar="mps2|g", help="Unit of the accelerometer columns.")
 ]
