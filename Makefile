@@ -10,7 +10,8 @@ SHELL := /bin/bash
 PYTHON ?= python3
 WERROR ?= ON
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
-APT_PACKAGES := build-essential cmake ninja-build libeigen3-dev libgtest-dev python3-venv python3-dev ccache
+APT_PACKAGES := build-essential cmake ninja-build libeigen3-dev libgtest-dev libtomlplusplus-dev libcli11-dev \
+  python3-venv python3-dev ccache
 
 BUILD := build
 RELEASE := $(BUILD)/release
@@ -34,7 +35,7 @@ help:
 	@echo "make demo       simulate a flight, align it and show the result"
 	@echo "make test       build and run every test and check, C++ and Python"
 	@echo "make wheel      check that pip install . needs nothing but a compiler"
-	@echo "make post       the standalone executable (a later version)"
+	@echo "make post       the standalone executable: build/release/liealign-post"
 	@echo "make bench      the benchmarks (a later version)"
 	@echo "make reproduce  the papers' tables and figures (a later version)"
 	@echo "make clean      remove build/"
@@ -44,7 +45,8 @@ demo: $(INSTALLED)
 
 # pytest comes last, so that the output ends with its summary.
 test: $(INSTALLED)
-	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_TESTS=ON -DLIEALIGN_WERROR=$(WERROR)
+	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_TESTS=ON -DLIEALIGN_POST=ON \
+	  -DLIEALIGN_WERROR=$(WERROR)
 	cmake --build $(RELEASE) --parallel $(JOBS)
 	ctest --test-dir $(RELEASE) --output-on-failure --parallel $(JOBS)
 	$(BIN)/ruff check
@@ -59,8 +61,11 @@ wheel: | $(TOOLS_READY)
 	CMAKE_ARGS=-DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF $(BUILD)/wheel-venv/bin/python -m pip install --quiet .
 	$(BUILD)/wheel-venv/bin/liealign --version
 
-post:
-	@echo "make post: the standalone executable liealign-post comes with a later version" >&2; exit 1
+post: | $(TOOLS_READY)
+	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_POST=ON
+	cmake --build $(RELEASE) --target liealign-post --parallel $(JOBS)
+	@$(RELEASE)/liealign-post --version
+	@echo "made $(RELEASE)/liealign-post"
 
 bench:
 	@echo "make bench: the benchmarks come with a later version" >&2; exit 1
@@ -71,7 +76,7 @@ reproduce:
 clean:
 	rm -rf $(BUILD)
 
-# A compiler, CMake, Ninja, Eigen, GoogleTest and a Python that can make a virtualenv and compile against itself.
+# A compiler, CMake, Ninja, Eigen, GoogleTest, toml++, CLI11 and a Python that can make a virtualenv and compile against itself.
 # apt is asked only when one of them is missing.
 $(TOOLS_READY): Makefile
 	@have() { command -v "$$1" >/dev/null 2>&1; }; \
@@ -82,6 +87,8 @@ $(TOOLS_READY): Makefile
 	  for tool in c++ cmake ninja; do have $$tool || echo $$tool; done; \
 	  header eigen3/Eigen/Core || header Eigen/Core || echo Eigen; \
 	  header gtest/gtest.h || echo GoogleTest; \
+	  header toml++/toml.h || echo toml++; \
+	  header CLI/CLI.hpp || echo CLI11; \
 	  python_ok || echo "the venv module or the headers of $(PYTHON)"; }; \
 	lacks=$$(missing | paste -sd, -); \
 	if [ -n "$$lacks" ] && have apt-get; then \

@@ -5,6 +5,7 @@
 #include "floors.hpp"
 #include "liealign/core/error.hpp"
 #include "liealign/pipeline/config.hpp"
+#include "liealign/pipeline/config_files.hpp"
 
 namespace liealign::bindings {
 namespace {
@@ -93,6 +94,8 @@ void bind_config(py::module_& m) {
   m.def("dump_config", &dump_config, py::arg("config"), "FLIGHT.toml text with every key, its unit and its meaning.");
   m.def("config_entries", &values, py::arg("config"),
         "The values by their dotted keys; optional keys that are unset are left out.");
+  m.def("files_from", &files_from, py::arg("toml"), py::arg("config"),
+        "`config` as read from the file `toml`, with its file names put behind the folder of that file.");
 }
 
 }  // namespace liealign::bindings

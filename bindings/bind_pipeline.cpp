@@ -86,15 +86,9 @@ Solution run(const PreparedFlight& flight, const HeadingResult& heading, const p
 }
 
 void write(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading,
-           const Solution& solution, const Config* config) {
+           const Solution& solution) {
   py::gil_scoped_release release;
-  if (config == nullptr) {
-    write_results(folder, flight, heading, solution);
-    return;
-  }
-  PreparedFlight renamed = flight;
-  renamed.config = *config;
-  write_results(folder, renamed, heading, solution);
+  write_results(folder, flight, heading, solution);
 }
 
 }  // namespace
@@ -119,8 +113,8 @@ void bind_pipeline(py::module_& m) {
         "The text of summary.json.");
   m.def(
       "write_results", &write, py::arg("folder"), py::arg("flight"), py::arg("heading"), py::arg("solution"),
-      py::arg("config") = py::none(),
-      "Writes the result files into the folder, which is made if need be; `config` replaces the one in config.toml.\n\n"
+      "Writes the result files into the folder, which is made if need be; file names in config.toml are relative to "
+      "it.\n\n"
       "Raises InputError when a file cannot be written.");
 }
 

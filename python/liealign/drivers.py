@@ -9,7 +9,6 @@ from os import PathLike, fspath
 
 from liealign import _core
 from liealign._core import Cancelled, Flight, HeadingResult, PreparedFlight
-from liealign.flight import config_relative_to
 from liealign.solution import Alignment, Solution
 
 # Conditional candidates that a search usually takes; only the progress display guesses by it.
@@ -104,5 +103,4 @@ def write_results(
     """
     prepared = _prepared(flight)
     engine = solution.engine if isinstance(solution, Solution) else solution
-    config = config_relative_to(folder, prepared.config)
-    _core.write_results(fspath(folder), prepared, alignment.engine, engine, config)
+    _core.write_results(fspath(folder), prepared, alignment.engine, engine)

@@ -6,7 +6,7 @@ Whatever is refused is refused here or in the engine's readers, with the place, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from os import PathLike, fspath, path
+from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,23 +64,7 @@ def read_config(toml: str | PathLike[str]) -> Config:
         `FLIGHT.toml:line:column: ...` when it is not valid TOML or a key or value cannot be used.
     """
     file = Path(toml)
-    config = _core.apply_config(Config(), read_toml_entries(file), str(file))
-    values = _core.config_entries(config)
-    names = {key: str(file.parent / values[key]) for key in FILE_KEYS if values.get(key)}
-    return make_config(names, base=config)
-
-
-def config_relative_to(folder: str | PathLike[str], config: Config) -> Config:
-    """Return the same configuration, to be written into `folder`: file names are relative to it."""
-    values = _core.config_entries(config)
-    names = {}
-    for key in FILE_KEYS:
-        if values.get(key):
-            try:
-                names[key] = Path(path.relpath(path.realpath(values[key]), path.realpath(folder))).as_posix()
-            except ValueError:  # another drive
-                names[key] = path.realpath(values[key])
-    return make_config(names, base=config)
+    return _core.files_from(str(file), _core.apply_config(Config(), read_toml_entries(file), str(file)))
 
 
 def read_flight(

@@ -48,7 +48,8 @@ def print_run(
         if s[key]
     ]
     _say("fixes", f"{s['fixes']}: {', '.join(parts)}")
-    _say("P_RMS", f"{s['p_rms_m']:.3f} m, of the position innovations")
+    if s["p_rms_m"] is not None:
+        _say("P_RMS", f"{s['p_rms_m']:.3f} m, of the position innovations")
     _say(
         "sigma",
         f"median {s['median_std_horizontal_m']:.3f} m horizontal, {s['median_std_down_m']:.3f} m vertical, "

@@ -54,7 +54,9 @@ std::vector<TextLine> run_text(const PreparedFlight& flight, const HeadingResult
   const auto number = [&](const char* key) { return fixed(std::get<double>(numbers[key].value)); };
   std::vector<TextLine> lines = alignment_text(flight, heading);
   lines.push_back({"fixes", fixes_text(numbers)});
-  lines.push_back({"P_RMS", number("p_rms_m") + " m, of the position innovations"});
+  if (solution.score.positions > 0) {
+    lines.push_back({"P_RMS", number("p_rms_m") + " m, of the position innovations"});
+  }
   lines.push_back({"sigma", "median " + number("median_std_horizontal_m") + " m horizontal, " +
                                 number("median_std_down_m") + " m vertical, " + number("median_std_roll_deg") +
                                 " deg roll, " + number("median_std_pitch_deg") + " deg pitch, " +
