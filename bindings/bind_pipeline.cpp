@@ -79,10 +79,10 @@ py::dict innovation_columns(const Solution& solution) {
   return d;
 }
 
-Solution run(const PreparedFlight& flight, const HeadingResult& heading, const py::object& progress) {
+Solution run(const PreparedFlight& flight, const HeadingResult& heading, const py::object& progress, bool keep_events) {
   const Progress callback = progress_from(progress);
   py::gil_scoped_release release;
-  return process(flight, heading, callback);
+  return process(flight, heading, callback, keep_events);
 }
 
 void write(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading,
@@ -101,21 +101,27 @@ void bind_pipeline(py::module_& m) {
       .def(
           "filtered", [](const Solution& s) { return trajectory_columns(s.filtered); },
           "The same from the forward pass alone; of length 0 unless output.filtered.")
+      .def(
+          "filtered_at_events", [](const Solution& s) { return trajectory_columns(s.filtered_at_events); },
+          "Of the IMU, at the fixes and rest updates, after each; of length 0 unless keep_events.")
+      .def(
+          "smoothed_at_events", [](const Solution& s) { return trajectory_columns(s.smoothed_at_events); },
+          "The smoothed counterpart of filtered_at_events.")
       .def("innovations", &innovation_columns, "Arrays by name, one row per GNSS record; NaN where it was no update.")
       .def_property_readonly("p_rms_m", [](const Solution& s) { return s.score.p_rms(); })
       .def_property_readonly("epochs", [](const Solution& s) { return s.smoothed.size(); });
 
   m.def("process", &run, py::arg("flight"), py::arg("heading"), py::arg("progress") = py::none(),
+        py::arg("keep_events") = false,
         "Filter and smoother. progress(done, total) is called now and then; returning False raises Cancelled.\n\n"
-        "Raises NumericalError.");
+        "Raises InputError, NumericalError.");
   m.def("alignment_json", &alignment_json, py::arg("flight"), py::arg("heading"), "The text of alignment.json.");
   m.def("summary_json", &summary_json, py::arg("flight"), py::arg("heading"), py::arg("solution"),
         "The text of summary.json.");
-  m.def(
-      "write_results", &write, py::arg("folder"), py::arg("flight"), py::arg("heading"), py::arg("solution"),
-      "Writes the result files into the folder, which is made if need be; file names in config.toml are relative to "
-      "it.\n\n"
-      "Raises InputError when a file cannot be written.");
+  m.def("write_results", &write, py::arg("folder"), py::arg("flight"), py::arg("heading"), py::arg("solution"),
+        "Writes the result files into the folder, which is made if need be; file names in config.toml are relative to "
+        "it.\n\n"
+        "Raises InputError when a file cannot be written.");
 }
 
 }  // namespace liealign::bindings

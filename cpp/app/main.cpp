@@ -9,6 +9,8 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
+#include <sstream>
 
 #include "flight_toml.hpp"
 #include "liealign/core/error.hpp"
@@ -21,7 +23,7 @@ namespace {
 
 enum Exit { kDone = 0, kBadInput = 1, kUsage = 2, kNumerical = 3, kNotAligned = 4, kInterrupted = 130 };
 
-enum Kind { kText, kNumber, kThree };  // what the words of a flag are
+enum Kind { kText, kNumber, kThree, kMany };  // what the words of a flag are
 
 // A flag that stands for a configuration key; the same ones as FLAGS in python/liealign/cli.py.
 struct Flag {
@@ -42,6 +44,9 @@ constexpr Flag kFlags[] = {
     {"--heading-guess-std", "align.heading_guess_std_deg", "DEG", "Standard deviation of the guess.", kNumber},
     {"--imu-noise-scale", "imu.noise_scale", "NUMBER|auto", "Factor on every IMU noise.", kNumber},
     {"--gnss-std-scale", "gnss.std_scale", "NUMBER|auto", "Factor on the GNSS standard deviations.", kNumber},
+    {"--format", "output.formats", "csv sbet", "Trajectory files to write, one or more words.", kMany},
+    {"--start-time", "output.start_time_s", "SECONDS", "First time of the trajectory files.", kNumber},
+    {"--stop-time", "output.stop_time_s", "SECONDS", "Last time of the trajectory files.", kNumber},
     {"--start", "align.start", "auto|static|moving", "Whether the log starts at rest or in motion."},
 };
 
@@ -66,6 +71,26 @@ void declare(CLI::App& cli, Arguments& a) {
   cli.set_version_flag("--version", "liealign-post " LIEALIGN_VERSION);
 }
 
+// Words as CLI11 can take them: last one first; -.3, which it would take for a flag, as -0.3; and the words of --format,
+// however many, joined into one. They have no point and no slash, so that a file name ends them.
+std::vector<std::string> words_for_cli11(const std::vector<std::string>& given) {
+  const auto is_format = [](const std::string& word) {
+    return word.find_first_not_of(",abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789") == word.npos;
+  };
+  std::vector<std::string> words;
+  bool in_format = false;
+  for (const std::string& word : given) {
+    if (in_format && is_format(word)) {
+      words.back() += (words.back().ends_with("--format") ? "=" : " ") + word;
+      continue;
+    }
+    in_format = word == "--format" || word.starts_with("--format=");
+    words.push_back(word.starts_with("-.") ? "-0" + word.substr(1) : word);
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
+}
+
 std::optional<double> number_in(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
@@ -79,11 +104,15 @@ ConfigValue value_of(const Flag& flag, const std::vector<std::string>& words) {
   const std::string text = CLI::detail::join(words, " ");
   if (flag.kind == kText) return text;
   if (flag.kind == kNumber) return number_in(text) ? ConfigValue(*number_in(text)) : text;
-  std::string spaced = text, word;
+  std::string spaced = text;
   std::replace(spaced.begin(), spaced.end(), ',', ' ');
+  std::istringstream stream(spaced);
+  const std::vector<std::string> split{std::istream_iterator<std::string>(stream), {}};
+  if (flag.kind == kMany) return split;
   std::vector<double> values;
-  for (std::istringstream rest(spaced); rest >> word; values.push_back(*number_in(word))) {
+  for (const std::string& word : split) {
     if (!number_in(word)) return text;
+    values.push_back(*number_in(word));
   }
   return values;
 }
@@ -176,12 +205,7 @@ int main(int argc, char** argv) {
   Arguments arguments;
   declare(cli, arguments);
   try {
-    std::vector<std::string> words(argv + 1, argv + argc);
-    for (std::string& word : words) {
-      if (word.starts_with("-.")) word.insert(1, "0");  // CLI11 takes -0.3 for a number, but -.3 for a flag
-    }
-    std::reverse(words.begin(), words.end());  // as CLI11 wants them
-    cli.parse(std::move(words));
+    cli.parse(words_for_cli11({argv + 1, argv + argc}));
   } catch (const CLI::ParseError& error) {
     return cli.exit(error) == 0 ? kDone : kUsage;
   }

@@ -41,8 +41,15 @@ def _numbers(text: str) -> Any:
     return values if all(isinstance(value, float) for value in values) else text
 
 
+def _words(text: str) -> Any:
+    return text.replace(",", " ").split()
+
+
+MANY = 99
+
+
 class Flag(NamedTuple):
-    """A flag and the configuration key that it sets."""
+    """A flag, the configuration key that it sets, how its text is read, and how many words it takes."""
 
     name: str
     key: str
@@ -65,6 +72,9 @@ FLAGS = {
     "imu_noise_scale": Flag("--imu-noise-scale", "imu.noise_scale", _number),
     "gnss_std_scale": Flag("--gnss-std-scale", "gnss.std_scale", _number),
     "start": Flag("--start", "align.start"),
+    "format": Flag("--format", "output.formats", _words, words=MANY),
+    "start_time": Flag("--start-time", "output.start_time_s", _number),
+    "stop_time": Flag("--stop-time", "output.stop_time_s", _number),
     "filtered": Flag("--filtered", "output.filtered", bool, words=0),
 }
 
@@ -72,7 +82,8 @@ FLAGS = {
 def join_words(arguments: Sequence[str]) -> list[str]:
     """Join the words of a flag into one: `--lever-arm 0.1 -0.05 -0.3` becomes `--lever-arm=0.1 -0.05 -0.3`.
 
-    A word that starts with "-" belongs to the flag when it is a number.
+    A word that starts with "-" belongs to the flag when it is a number. The words of --format, however many,
+    have no point and no slash, so that a file name ends them.
     """
     words_of = {flag.name: flag.words for flag in FLAGS.values() if flag.words}
     joined: list[str] = []
@@ -84,7 +95,8 @@ def join_words(arguments: Sequence[str]) -> list[str]:
         name, equals, value = word.partition("=")
         if name in words_of:
             values = [value] if equals else []
-            while rest and len(values) < words_of[name] and _is_value(rest[0]):
+            is_value = _is_word if words_of[name] == MANY else _is_value
+            while rest and len(values) < words_of[name] and is_value(rest[0]):
                 values.append(rest.pop(0))
             word = f"{name}={' '.join(values)}" if values else name
         joined.append(word)
@@ -93,6 +105,10 @@ def join_words(arguments: Sequence[str]) -> list[str]:
 
 def _is_value(word: str) -> bool:
     return not word.startswith("-") or isinstance(_number(word), float)
+
+
+def _is_word(word: str) -> bool:
+    return word.replace(",", "").isalnum()
 
 
 def _config(toml: Path | None, params: dict[str, Any]) -> Config:
@@ -201,6 +217,12 @@ Start = Annotated[
     str | None,
     typer.Option(metavar="auto|static|moving", help="Whether the log starts at rest or in motion."),
 ]
+Formats = Annotated[
+    str | None,
+    typer.Option("--format", metavar="csv sbet", help="Trajectory files to write, one or more words."),
+]
+StartTime = Annotated[str | None, typer.Option(metavar="SECONDS", help="First time of the trajectory files.")]
+StopTime = Annotated[str | None, typer.Option(metavar="SECONDS", help="Last time of the trajectory files.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 RequireAligned = Annotated[
     bool, typer.Option("--require-aligned", help='Exit with code 4 unless the verdict is "aligned".')
@@ -247,6 +269,9 @@ def run(
     imu_noise_scale: ImuNoiseScale = None,
     gnss_std_scale: GnssStdScale = None,
     start: Start = None,
+    format: Formats = None,
+    start_time: StartTime = None,
+    stop_time: StopTime = None,
     filtered: Annotated[bool, typer.Option("--filtered", help="Write filtered.csv as well.")] = False,
     require_aligned: RequireAligned = False,
     quiet: Quiet = False,

@@ -97,14 +97,16 @@ class Alignment:
 class Trajectory:
     """States and their standard deviations at n epochs.
 
-    `b` is the IMU (forward, right, down), `n` NED, `e` ECEF.
+    `b` is the IMU (forward, right, down), `n` NED, `e` ECEF. Where `output.reference_point_b_m` or
+    `output.boresight_deg` name another point or other axes, `b` is those: position, velocity and attitude
+    with their sigmas. The biases stay those of the IMU.
 
     Attributes
     ----------
     time_s
         (n,) true time.
     lat_deg, lon_deg, height_m
-        (n,) of the IMU, WGS 84, height above the ellipsoid.
+        (n,) WGS 84, height above the ellipsoid.
     v_n_mps
         (n, 3) velocity against the Earth, NED.
     rpy_deg

@@ -62,6 +62,7 @@ Config changed_config() {
            .gap_gyro_std_dps = 21.0,
            .gap_accel_std_mps2 = 2.1};
   c.gnss = {.file = "gnss \"1\".csv",
+            .week = 2238,
             .lever_arm_b_m = {0.1, -0.05, -0.3},
             .latency_s = -0.125,
             .std_scale = 1.75,
@@ -95,7 +96,13 @@ Config changed_config() {
             .interval_s = 1.5};
   c.initial = {.roll_pitch_std_deg = 0.4, .heading_std_deg = 1.6, .velocity_std_mps = 0.0004};
   c.filter = {.mechanization = "paper", .gravity = "j2", .covariance_reset = false};
-  c.output = {.filtered = true};
+  c.output = {.formats = {"sbet", "csv"},
+              .filtered = true,
+              .reference_point_b_m = {0.2, -0.01, 0.15},
+              .boresight_deg = {0.5, -90.0, 1.5},
+              .rate_hz = 12.5,
+              .start_time_s = -1.5,
+              .stop_time_s = 1e6};
   return c;
 }
 
@@ -123,6 +130,7 @@ Pairs changed_pairs() {
       {"imu.gap_gyro_std_dps", 21.0},
       {"imu.gap_accel_std_mps2", 2.1},
       {"gnss.file", S("gnss \"1\".csv")},
+      {"gnss.week", 2238LL},
       {"gnss.lever_arm_b_m", Doubles{0.1, -0.05, -0.3}},
       {"gnss.latency_s", -0.125},
       {"gnss.std_scale", 1.75},
@@ -160,7 +168,13 @@ Pairs changed_pairs() {
       {"filter.mechanization", S("paper")},
       {"filter.gravity", S("j2")},
       {"filter.covariance_reset", false},
+      {"output.formats", std::vector<S>{"sbet", "csv"}},
       {"output.filtered", true},
+      {"output.reference_point_b_m", Doubles{0.2, -0.01, 0.15}},
+      {"output.boresight_deg", Doubles{0.5, -90.0, 1.5}},
+      {"output.rate_hz", 12.5},
+      {"output.start_time_s", -1.5},
+      {"output.stop_time_s", 1e6},
   };
 }
 
@@ -215,12 +229,18 @@ ConfigValue value_from(const std::string& toml) {
   if (toml[0] != '[') return is_float(toml) ? ConfigValue{number_from<double>(toml)} : number_from<long long>(toml);
   std::vector<double> reals;
   std::vector<long long> wholes;
+  std::vector<std::string> texts;
   for (std::size_t begin = 1; begin < toml.size();) {
     const std::size_t end = toml.find_first_of(",]", begin);
     const std::string item = toml.substr(begin, end - begin);
-    is_float(toml) ? reals.push_back(number_from<double>(item)) : wholes.push_back(number_from<long long>(item));
     begin = end + 2;
+    if (item[0] == '"') {
+      texts.push_back(unescaped(item));
+    } else {
+      is_float(toml) ? reals.push_back(number_from<double>(item)) : wholes.push_back(number_from<long long>(item));
+    }
   }
+  if (!texts.empty()) return texts;
   return is_float(toml) ? ConfigValue{reals} : ConfigValue{wholes};
 }
 
@@ -251,14 +271,14 @@ std::size_t members_of_the_struct() {
   const Config c;
   [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, i7, i8, i9, i10, i11, i12, i13, i14, i15, i16, i17, i18] =
       c.imu;
-  [[maybe_unused]] const auto& [g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12] = c.gnss;
+  [[maybe_unused]] const auto& [g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13] = c.gnss;
   [[maybe_unused]] const auto& [a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11] = c.align;
   [[maybe_unused]] const auto& [r1, r2, r3, r4, r5, r6, r7, r8, r9] = c.rest;
   [[maybe_unused]] const auto& [n1, n2, n3] = c.initial;
   [[maybe_unused]] const auto& [f1, f2, f3] = c.filter;
-  [[maybe_unused]] const auto& [o1] = c.output;
+  [[maybe_unused]] const auto& [o1, o2, o3, o4, o5, o6, o7] = c.output;
   [[maybe_unused]] const auto& [s1, s2, s3, s4, s5, s6, s7] = c;
-  return 18 + 12 + 11 + 9 + 3 + 3 + 1;
+  return 18 + 13 + 11 + 9 + 3 + 3 + 7;
 }
 
 TEST(ConfigTable, has_one_key_per_member_of_the_struct) {
@@ -290,7 +310,8 @@ TEST(ConfigTable, unit_is_the_one_the_key_ends_in) {
                                                                     {"_ug", "ug"},
                                                                     {"_mg", "mg"},
                                                                     {"_m", "m"},
-                                                                    {"_s", "s"}};
+                                                                    {"_s", "s"},
+                                                                    {"_hz", "Hz"}};
   std::set<std::string> met;
   for (const ConfigField& field : config_fields()) {
     std::string unit;
@@ -318,9 +339,11 @@ TEST(ConfigTable, every_key_has_a_one_line_meaning_and_a_type) {
 
 TEST(ConfigTable, what_is_allowed_fits_the_type_of_the_member) {
   for (const Field& field : field_table()) {
-    const bool is_text = std::holds_alternative<Member<std::string>>(field.member);
+    const bool is_text = std::holds_alternative<Member<std::string>>(field.member) ||
+                         std::holds_alternative<Member<std::vector<std::string>>>(field.member);
     const bool is_flag = std::holds_alternative<Member<bool>>(field.member);
-    const bool is_optional = std::holds_alternative<Member<std::optional<double>>>(field.member);
+    const bool is_optional = std::holds_alternative<Member<std::optional<double>>>(field.member) ||
+                             std::holds_alternative<Member<std::optional<int>>>(field.member);
     if (std::holds_alternative<Range>(field.allowed)) {
       EXPECT_FALSE(is_text || is_flag) << field.key;
     }
@@ -391,7 +414,8 @@ TEST(ConfigEntries, leave_out_the_optional_keys_that_are_unset) {
   EXPECT_EQ(unset, (std::set<std::string>{"imu.noise_scale", "imu.gyro_arw_deg_sqrt_h", "imu.accel_vrw_mps_sqrt_h",
                                           "imu.gyro_bias_instability_deg_h", "imu.accel_bias_instability_ug",
                                           "imu.gyro_bias_turn_on_deg_h", "imu.accel_bias_turn_on_mg", "gnss.latency_s",
-                                          "gnss.std_scale", "align.heading_guess_deg"}));
+                                          "gnss.std_scale", "align.heading_guess_deg", "gnss.week", "output.rate_hz",
+                                          "output.start_time_s", "output.stop_time_s"}));
 }
 
 TEST(ConfigEntries, one_entry_changes_exactly_one_member) {
@@ -555,21 +579,14 @@ TEST(ConfigRange, wrong_type_is_refused_by_every_key) {
                                             std::vector<std::string>{"a"}};
   // Which of the samples each kind of member may take: bool, whole, real, string, wholes, reals, strings.
   const auto takes = [](const Field& field) -> std::vector<bool> {
-    switch (field.member.index()) {
-      case 0:
-        return {true, false, false, false, false, false, false};
-      case 1:
-        return {false, true, false, false, false, false, false};
-      case 2:
-      case 3:
-        return {false, true, true, false, false, false, false};
-      case 4:
-        return {false, false, false, true, false, false, false};
-      case 5:
-        return {false, false, false, false, true, true, false};
-      default:
-        return {false, false, false, false, true, false, false};
-    }
+    const auto is = [&](auto kind) { return std::holds_alternative<Member<decltype(kind)>>(field.member); };
+    if (is(bool{})) return {true, false, false, false, false, false, false};
+    if (is(int{}) || is(std::optional<int>{})) return {false, true, false, false, false, false, false};
+    if (is(double{}) || is(std::optional<double>{})) return {false, true, true, false, false, false, false};
+    if (is(std::string{})) return {false, false, false, true, false, false, false};
+    if (is(std::array<double, 3>{})) return {false, false, false, false, true, true, false};
+    if (is(std::vector<int>{})) return {false, false, false, false, true, false, false};
+    return {false, false, false, false, false, false, true};
   };
   for (const Field& field : field_table()) {
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -680,6 +697,12 @@ TEST(ConfigError, wrong_flag_list_or_string_says_value_and_type) {
   EXPECT_EQ(refusal("gnss.accept_fix", std::vector<long long>{1, 12}),
             "FLIGHT.toml:9: gnss.accept_fix is [1, 12]" + fixes);
   EXPECT_EQ(refusal("gnss.accept_fix", std::vector<long long>{}), "FLIGHT.toml:9: gnss.accept_fix is []" + fixes);
+  const std::string formats = "; expected a list of \"csv\", \"sbet\"";
+  EXPECT_EQ(refusal("output.formats", std::vector<std::string>{"csv", "las"}),
+            "FLIGHT.toml:9: output.formats is [\"csv\", \"las\"]" + formats);
+  EXPECT_EQ(refusal("output.formats", std::vector<long long>{}), "FLIGHT.toml:9: output.formats is []" + formats);
+  EXPECT_EQ(refusal("output.formats", text("csv")),
+            "FLIGHT.toml:9: output.formats is \"csv\"" + formats + "; did you mean \"csv\"?");
   EXPECT_EQ(refusal("gnss.accept_fix", 1LL), "FLIGHT.toml:9: gnss.accept_fix is 1" + fixes);
   EXPECT_EQ(refusal("gnss.accept_fix", std::vector<std::string>{"fixed", "a\"b"}),
             "FLIGHT.toml:9: gnss.accept_fix is [\"fixed\", \"a\\\"b\"]" + fixes);

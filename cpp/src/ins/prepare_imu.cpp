@@ -89,6 +89,18 @@ PreparedImu prepare_imu(const ImuSeries& raw, ImuSampleKind kind, const Matrix3d
   return out;
 }
 
+ImuAtStamp imu_at_stamp(const ImuSeries& imu, std::size_t k) {
+  const auto usable = [&](std::size_t i) { return i >= 1 && i < imu.size() && imu[i].gap_s == 0.0; };
+  const auto dt = [&](std::size_t i) { return imu[i].t_s - imu[i - 1].t_s; };
+  if (!usable(k) || !usable(k + 1)) {  // at the ends and beside a gap: one of them alone
+    const std::size_t i = usable(k + 1) ? k + 1 : std::max<std::size_t>(k, 1);
+    return {imu[i].omega_ib_b, imu[i].f_ib_b, dt(i)};
+  }
+  const double w = dt(k) / (dt(k) + dt(k + 1));
+  return {(1.0 - w) * imu[k].omega_ib_b + w * imu[k + 1].omega_ib_b, (1.0 - w) * imu[k].f_ib_b + w * imu[k + 1].f_ib_b,
+          dt(k) + dt(k + 1)};
+}
+
 Matrix3d C_s_b_from_axes(const std::string& axes) {
   Matrix3d C = Matrix3d::Zero();
   for (std::size_t i = 0; i < 3 && i < axes.size(); ++i) {

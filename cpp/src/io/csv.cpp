@@ -61,18 +61,19 @@ void append_text_cell(std::string_view text, TableText& out) {
   out.append(quoted + '"');
 }
 
-void write_table(const std::string& path, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill,
-                 const CsvTextColumn* last_column) {
-  PartFile file(path);
+}  // namespace
+
+void write_csv(PartFile& file, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill,
+               const CsvTextColumn& last_column) {
   TableText out{file, std::vector<char>(kBufferBytes)};
 
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (i > 0) out.append(",");
     append_text_cell(columns[i].name, out);
   }
-  if (last_column != nullptr) {
+  if (last_column.text) {
     if (!columns.empty()) out.append(",");
-    append_text_cell(last_column->name, out);
+    append_text_cell(last_column.name, out);
   }
   out.append("\n");
 
@@ -84,25 +85,20 @@ void write_table(const std::string& path, const std::vector<CsvColumn>& columns,
       if (i > 0) out.append(",");
       append_cell(cells[i], columns[i].decimals, out);
     }
-    if (last_column != nullptr) {
+    if (last_column.text) {
       if (!columns.empty()) out.append(",");
-      append_text_cell(last_column->text(row), out);
+      append_text_cell(last_column.text(row), out);
     }
     out.append("\n");
   }
   out.flush();
-  file.commit();
-}
-
-}  // namespace
-
-void write_csv(const std::string& path, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill) {
-  write_table(path, columns, rows, fill, nullptr);
 }
 
 void write_csv(const std::string& path, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill,
                const CsvTextColumn& last_column) {
-  write_table(path, columns, rows, fill, &last_column);
+  PartFile file(path);
+  write_csv(file, columns, rows, fill, last_column);
+  file.commit();
 }
 
 }  // namespace liealign

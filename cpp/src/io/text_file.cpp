@@ -65,10 +65,14 @@ void PartFile::write(std::string_view bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail(path_, "cannot be written", errno);
 }
 
-void PartFile::commit() {
+void PartFile::finish() {
   std::FILE* const file = file_;
   file_ = nullptr;
-  if (std::fclose(file) != 0) fail(path_, "cannot be written", errno);  // a full disk shows here
+  if (file != nullptr && std::fclose(file) != 0) fail(path_, "cannot be written", errno);  // a full disk shows here
+}
+
+void PartFile::commit() {
+  finish();
   std::error_code error;
   std::filesystem::rename(part_path_, path_, error);
   if (error) throw InputError(path_ + ": cannot be written: " + error.message());

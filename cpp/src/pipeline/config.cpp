@@ -63,13 +63,21 @@ bool read(const Field& field, const ConfigValue& value, std::optional<double>& o
   return true;
 }
 
+bool read(const Field& field, const ConfigValue& value, std::optional<int>& out) {
+  int number = 0;
+  if (!read(field, value, number)) return false;
+  out = number;
+  return true;
+}
+
+bool is_allowed(const Allowed& allowed, const std::string& word) {
+  const Words* words = std::get_if<Words>(&allowed);
+  return words == nullptr || std::find(words->allowed.begin(), words->allowed.end(), word) != words->allowed.end();
+}
+
 bool read(const Field& field, const ConfigValue& value, std::string& out) {
   const std::string* held = std::get_if<std::string>(&value);
-  if (held == nullptr) return false;
-  if (const Words* words = std::get_if<Words>(&field.allowed);
-      words != nullptr && std::find(words->allowed.begin(), words->allowed.end(), *held) == words->allowed.end()) {
-    return false;
-  }
+  if (held == nullptr || !is_allowed(field.allowed, *held)) return false;
   if (std::holds_alternative<AxisLetters>(field.allowed) && classify_axes(*held) != Axes::right_handed) return false;
   out = *held;
   return true;
@@ -99,6 +107,14 @@ bool read(const Field& field, const ConfigValue& value, std::vector<int>& out) {
   return true;
 }
 
+bool read(const Field& field, const ConfigValue& value, std::vector<std::string>& out) {
+  const auto* held = std::get_if<std::vector<std::string>>(&value);
+  const auto allowed = [&](const std::string& word) { return is_allowed(field.allowed, word); };
+  if (held == nullptr || held->empty() || !std::all_of(held->begin(), held->end(), allowed)) return false;
+  out = *held;
+  return true;
+}
+
 // ---- the value of a member ---------------------------------------------------------------------------------------
 
 std::optional<ConfigValue> value_of(bool member) { return member; }
@@ -111,7 +127,9 @@ std::optional<ConfigValue> value_of(const std::array<double, 3>& member) {
 std::optional<ConfigValue> value_of(const std::vector<int>& member) {
   return std::vector<long long>(member.begin(), member.end());
 }
-std::optional<ConfigValue> value_of(const std::optional<double>& member) {
+std::optional<ConfigValue> value_of(const std::vector<std::string>& member) { return member; }
+template <typename T>
+std::optional<ConfigValue> value_of(const std::optional<T>& member) {
   return member ? value_of(*member) : std::nullopt;
 }
 

@@ -84,7 +84,9 @@ std::vector<Field> make_table() {
        imu<&ImuConfig::gap_accel_std_mps2>, kPositive},
 
       // [gnss]
-      {"gnss.file", "", "GNSS positions in the native CSV layout", gnss<&GnssConfig::file>},
+      {"gnss.file", "", "GNSS positions: native CSV layout, or a .pos file of RTKLIB", gnss<&GnssConfig::file>},
+      {"gnss.week", "", "GPS week in which time_s began to count, for files that need it; a .pos file names it itself",
+       gnss<&GnssConfig::week>, within(0.0, 9999.0), none},
       {"gnss.lever_arm_b_m", "m", "From the IMU to the antenna: forward, right, down", gnss<&GnssConfig::lever_arm_b_m>,
        within(-100.0, 100.0)},
       {"gnss.latency_s", "s",
@@ -172,7 +174,19 @@ std::vector<Field> make_table() {
        filter<&FilterConfig::covariance_reset>},
 
       // [output]
+      {"output.formats", "", "Trajectory files to write: trajectory.csv, trajectory.sbet with trajectory.smrmsg",
+       output<&OutputConfig::formats>, Words{{"csv", "sbet"}}},
       {"output.filtered", "", "Write filtered.csv as well, the forward filter only", output<&OutputConfig::filtered>},
+      {"output.reference_point_b_m", "m", "From the IMU to the point whose trajectory is wanted: forward, right, down",
+       output<&OutputConfig::reference_point_b_m>, within(-100.0, 100.0)},
+      {"output.boresight_deg", "deg", "Roll, pitch, yaw (ZYX) in the body of the axes whose attitude is wanted",
+       output<&OutputConfig::boresight_deg>, within(-360.0, 360.0)},
+      {"output.rate_hz", "Hz", "Epochs per second at most: the first IMU epoch at or after each step of the rate",
+       output<&OutputConfig::rate_hz>, kPositive, none},
+      {"output.start_time_s", "s", "First time of the trajectory files; the run itself takes the whole flight",
+       output<&OutputConfig::start_time_s>, Anything{}, none},
+      {"output.stop_time_s", "s", "Last time of the trajectory files", output<&OutputConfig::stop_time_s>, Anything{},
+       none},
   };
 }
 

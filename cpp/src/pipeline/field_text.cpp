@@ -87,17 +87,18 @@ std::string number_text(const Field& field) {
   return std::holds_alternative<Range>(field.allowed) ? "number" + range_text(field.allowed) : "finite number";
 }
 
+std::string words_text(const Words& words) {
+  std::string text;
+  for (const std::string_view word : words.allowed) text += (text.empty() ? "" : ", ") + toml_string(std::string(word));
+  return text;
+}
+
 std::string string_text(const Field& field) {
   if (std::holds_alternative<AxisLetters>(field.allowed)) {
     return "three letters, one of each pair F/B, R/L, D/U, that make a right-handed set, such as \"FRD\" or \"FLU\"";
   }
   const Words* words = std::get_if<Words>(&field.allowed);
-  if (words == nullptr) return "a string";
-  std::string text = "one of ";
-  for (std::size_t i = 0; i < words->allowed.size(); ++i) {
-    text += (i == 0 ? "" : ", ") + toml_string(std::string(words->allowed[i]));
-  }
-  return text;
+  return words == nullptr ? "a string" : "one of " + words_text(*words);
 }
 
 struct ExpectedText {
@@ -105,6 +106,9 @@ struct ExpectedText {
 
   std::string operator()(const Member<bool>&) const { return "true or false"; }
   std::string operator()(const Member<int>&) const { return "a whole number" + range_text(field.allowed); }
+  std::string operator()(const Member<std::optional<int>>&) const {
+    return "a whole number" + range_text(field.allowed);
+  }
   std::string operator()(const Member<double>&) const { return "a " + number_text(field); }
   std::string operator()(const Member<std::optional<double>>&) const {
     return "a " + number_text(field) + (field.unset == Unset::automatic ? " or \"auto\"" : "");
@@ -113,6 +117,9 @@ struct ExpectedText {
   std::string operator()(const Member<std::array<double, 3>>&) const { return "3 numbers" + range_text(field.allowed); }
   std::string operator()(const Member<std::vector<int>>&) const {
     return "a list of at least one whole number" + range_text(field.allowed);
+  }
+  std::string operator()(const Member<std::vector<std::string>>&) const {
+    return "a list of " + words_text(std::get<Words>(field.allowed));
   }
 };
 

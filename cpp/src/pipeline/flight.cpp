@@ -158,6 +158,18 @@ void drop_fixes_up_to(double t_start, const RestPeriod& rest, PreparedFlight& ou
   std::erase_if(fixes, [&](const GnssFix& f) { return f.t_s <= t_start; });
 }
 
+// The trajectory goes from the rest to the last fix or rest update; a wanted span outside of it is a slip.
+void check_output_span(const PreparedFlight& out) {
+  const OutputConfig& c = out.config.output;
+  const FlightData& data = out.problem.data;
+  const double begin = out.t_begin_s, end = data.events.empty() ? out.t_begin_s : data.events.back().t_s;
+  const double from = c.start_time_s.value_or(begin), to = c.stop_time_s.value_or(end);
+  if (from <= std::min(to, end) && to >= begin) return;
+  throw InputError("output.start_time_s and output.stop_time_s ask for " + span(from, to) +
+                   ", the trajectory goes from " + span(begin, end) +
+                   "; choose a span inside it (--start-time, --stop-time)");
+}
+
 void warn(const Flight& flight, PreparedFlight& out) {
   const FlightData& data = out.problem.data;
   if (flight.config.gnss.lever_arm_b_m == std::array<double, 3>{0, 0, 0}) {
@@ -194,8 +206,17 @@ Flight read_flight(const Config& config) {
   Flight flight;
   flight.config = config;
   flight.imu = read_imu_csv(config.imu.file, flight.warnings);
-  flight.gnss = looks_like_rtklib_pos(config.gnss.file) ? read_rtklib_pos(config.gnss.file, flight.warnings).records
-                                                        : read_gnss_csv(config.gnss.file, flight.warnings);
+  if (!looks_like_rtklib_pos(config.gnss.file)) {
+    flight.gnss = read_gnss_csv(config.gnss.file, flight.warnings);
+    return flight;
+  }
+  RtklibPos pos = read_rtklib_pos(config.gnss.file, flight.warnings);
+  if (config.gnss.week.value_or(pos.week) != pos.week) {
+    throw InputError(config.gnss.file + ": the first record is of GPS week " + std::to_string(pos.week) +
+                     ", gnss.week is " + std::to_string(*config.gnss.week) + "; drop gnss.week");
+  }
+  flight.config.gnss.week = pos.week;
+  flight.gnss = std::move(pos.records);
   return flight;
 }
 
@@ -237,6 +258,7 @@ PreparedFlight prepare_flight(const Flight& flight) {
     data.rests.insert(data.rests.end(), last.begin(), last.end());
   }
   merge_events(data);
+  check_output_span(out);
   const double longest = config.align.max_time_s > 0.0 ? config.align.max_time_s : data.imu.back().t_s;
   problem.t_end_s = std::min(problem.t_start_s + longest, data.imu.back().t_s);
   warn(flight, out);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
+#include <map>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
@@ -14,6 +14,7 @@
 #include "liealign/io/json.hpp"
 #include "liealign/io/text_file.hpp"
 #include "liealign/pipeline/config_files.hpp"
+#include "liealign/pipeline/trajectory_files.hpp"
 
 namespace liealign {
 namespace {
@@ -26,50 +27,6 @@ void put3(double* cells, const Vector3d& v, double factor = 1.0) {
   for (int i = 0; i < 3; ++i) cells[i] = factor * v[i];
 }
 
-// Where the data do not determine the heading, the filter's sigma is that of its start, and says nothing.
-bool states_heading_std(const HeadingResult& heading) {
-  return heading.verdict == "aligned" || heading.verdict == "weak";
-}
-
-void write_trajectory(const std::string& path, const std::vector<Epoch>& epochs, bool heading_std) {
-  const std::vector<CsvColumn> columns = {
-      {"time_s", 6},     {"lat_deg", 11},     {"lon_deg", 11},      {"height_m", 5},       {"vn_mps", 6},
-      {"ve_mps", 6},     {"vd_mps", 6},       {"roll_deg", 6},      {"pitch_deg", 6},      {"heading_deg", 6},
-      {"std_n_m", 5},    {"std_e_m", 5},      {"std_d_m", 5},       {"std_vn_mps", 6},     {"std_ve_mps", 6},
-      {"std_vd_mps", 6}, {"std_roll_deg", 6}, {"std_pitch_deg", 6}, {"std_heading_deg", 6}};
-  write_csv(path, columns, epochs.size(), [&](std::size_t i, double* c) {
-    const NavRow row = nav_row(epochs[i]);
-    c[0] = row.t_s;
-    c[1] = row.lat_rad * kRadToDeg;
-    c[2] = row.lon_rad * kRadToDeg;
-    c[3] = row.height_m;
-    put3(c + 4, row.v_n_mps);
-    put3(c + 7, row.rpy_rad, kRadToDeg);
-    if (c[9] >= 360.0 - 5e-7) c[9] = 0.0;  // 360.000000 is not in [0, 360)
-    put3(c + 10, row.std_p_n_m);
-    put3(c + 13, row.std_v_n_mps);
-    put3(c + 16, row.std_rpy_rad, kRadToDeg);
-    if (!heading_std) c[18] = std::numeric_limits<double>::quiet_NaN();
-  });
-}
-
-void write_biases(const std::string& path, const std::vector<Epoch>& epochs) {
-  std::vector<CsvColumn> columns = {{"time_s", 6}};
-  for (const char* prefix : {"", "std_"}) {
-    for (const char* axis : {"x", "y", "z"})
-      columns.push_back({std::string(prefix) + "accel_bias_" + axis + "_mps2", 8});
-    for (const char* axis : {"x", "y", "z"})
-      columns.push_back({std::string(prefix) + "gyro_bias_" + axis + "_rps", 10});
-  }
-  write_csv(path, columns, epochs.size(), [&](std::size_t i, double* c) {
-    c[0] = epochs[i].t_s;
-    put3(c + 1, b_a(epochs[i].X));
-    put3(c + 4, b_g(epochs[i].X));
-    put3(c + 7, epochs[i].variance_b_a.cwiseMax(0.0).cwiseSqrt());
-    put3(c + 10, epochs[i].variance_b_g.cwiseMax(0.0).cwiseSqrt());
-  });
-}
-
 void put_update(double* cells, const std::optional<FixUpdate>& update) {
   if (!update) return;
   put3(cells, update->residual_n);
@@ -78,7 +35,7 @@ void put_update(double* cells, const std::optional<FixUpdate>& update) {
   cells[7] = update->weight;
 }
 
-void write_innovations(const std::string& path, const std::vector<FixRecord>& fixes) {
+void write_innovations_csv(PartFile& file, const std::vector<FixRecord>& fixes) {
   const std::vector<CsvColumn> columns = {
       {"time_s", 6},       {"res_n_m", 5},        {"res_e_m", 5},    {"res_d_m", 5},    {"std_n_m", 5},
       {"std_e_m", 5},      {"std_d_m", 5},        {"nis", 4},        {"weight", 6},     {"res_vn_mps", 5},
@@ -89,7 +46,7 @@ void write_innovations(const std::string& path, const std::vector<FixRecord>& fi
     put_update(c + 1, fixes[i].position);
     put_update(c + 9, fixes[i].velocity);
   };
-  write_csv(path, columns, fixes.size(), fill, {"verdict", [&](std::size_t i) { return verdict_word(fixes[i]); }});
+  write_csv(file, columns, fixes.size(), fill, {"verdict", [&](std::size_t i) { return verdict_word(fixes[i]); }});
 }
 
 std::size_t count(const std::vector<FixRecord>& fixes, const std::string& word) {
@@ -210,6 +167,7 @@ Json summary(const PreparedFlight& flight, const HeadingResult& heading, const S
   json["end_time_s"] = solution.smoothed.back().t_s;
   json["duration_s"] = solution.smoothed.back().t_s - solution.smoothed.front().t_s;
   json["epochs"] = solution.smoothed.size();
+  json["gps_week"] = flight.config.gnss.week;
   json["imu_rate_hz"] = flight.imu_rate_hz;
   json["imu_gaps"] = flight.gaps.size();
   double gap_s = 0.0;
@@ -246,22 +204,39 @@ void write_results(const std::string& folder, const PreparedFlight& flight, cons
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
   if (failure) throw InputError(folder + ": the folder cannot be made: " + failure.message());
-  const auto in = [&](const char* name) { return (std::filesystem::path(folder) / name).string(); };
-  // Texts first: whatever can fail in them fails before a file is written.
-  const std::string numbers = summary_json(flight, heading, solution), alignment = alignment_json(flight, heading);
-  const std::string config = dump_config(files_relative_to(folder, flight.config));
-  write_trajectory(in("trajectory.csv"), solution.smoothed, states_heading_std(heading));
-  // One of an earlier run would not belong to these results.
-  if (solution.filtered.empty()) {
-    std::filesystem::remove(in("filtered.csv"), failure);
-  } else {
-    write_trajectory(in("filtered.csv"), solution.filtered, states_heading_std(heading));
+  const std::filesystem::path at(folder);
+  const std::vector<Epoch>& smoothed = solution.smoothed;
+  const bool heading_std = states_heading_std(heading);
+  const std::vector<std::string>& formats = flight.config.output.formats;
+  const auto wants = [&](const char* format) {
+    return std::find(formats.begin(), formats.end(), format) != formats.end();
+  };
+
+  // All of them are written before the first replaces one of an earlier run.
+  std::map<std::string, PartFile> files;
+  const auto part = [&](const char* name) -> PartFile& {
+    return files.try_emplace(name, (at / name).string()).first->second;
+  };
+  if (wants("csv")) write_trajectory_csv(part("trajectory.csv"), smoothed, heading_std);
+  if (wants("sbet")) {
+    write_trajectory_sbet(part("trajectory.sbet"), flight, smoothed);
+    write_trajectory_smrmsg(part("trajectory.smrmsg"), smoothed, heading_std);
+    part("trajectory.sbet.json").write(dump_json(sbet_side_file(flight, smoothed, heading_std)) + "\n");
   }
-  write_biases(in("biases.csv"), solution.smoothed);
-  write_innovations(in("innovations.csv"), solution.fixes);
-  write_text_file(in("alignment.json"), alignment);
-  write_text_file(in("summary.json"), numbers);
-  write_text_file(in("config.toml"), config);
+  if (!solution.filtered.empty()) write_trajectory_csv(part("filtered.csv"), solution.filtered, heading_std);
+  write_biases_csv(part("biases.csv"), smoothed);
+  write_innovations_csv(part("innovations.csv"), solution.fixes);
+  part("alignment.json").write(alignment_json(flight, heading));
+  part("summary.json").write(summary_json(flight, heading, solution));
+  part("config.toml").write(dump_config(files_relative_to(folder, flight.config)));
+  for (auto& [name, file] : files) file.finish();
+  for (auto& [name, file] : files) file.commit();
+
+  // What an earlier run left would not belong to these results.
+  for (const char* name : {"trajectory.csv", "trajectory.sbet", "trajectory.smrmsg", "trajectory.sbet.json",
+                           "filtered.csv", "report.html"}) {
+    if (!files.contains(name)) std::filesystem::remove(at / name, failure);
+  }
 }
 
 }  // namespace liealign

@@ -9,6 +9,11 @@
 #include "liealign/ins/profiles.hpp"
 
 namespace liealign {
+namespace {
+
+Vector3d vector_of(const std::array<double, 3>& numbers) { return Vector3d(numbers.data()); }
+
+}  // namespace
 
 ImuNoise imu_noise(const Config& config) {
   const ImuConfig& c = config.imu;
@@ -76,9 +81,13 @@ ImuSampleKind sample_kind(const Config& config) {
   return config.imu.sample == "increment" ? ImuSampleKind::increment : ImuSampleKind::mean;
 }
 
+OutputFrame output_frame(const Config& config) {
+  return {vector_of(config.output.reference_point_b_m),
+          C_b_n_from_rpy(kDegToRad * vector_of(config.output.boresight_deg))};
+}
+
 Matrix3d sensor_to_body(const Config& config) {
-  const auto& rpy = config.imu.mounting_rpy_deg;
-  return C_b_n_from_rpy(kDegToRad * Vector3d(rpy[0], rpy[1], rpy[2])) * C_s_b_from_axes(config.imu.axes);
+  return C_b_n_from_rpy(kDegToRad * vector_of(config.imu.mounting_rpy_deg)) * C_s_b_from_axes(config.imu.axes);
 }
 
 }  // namespace liealign

@@ -13,6 +13,7 @@
 
 #include "liealign/ins/gnss.hpp"
 #include "liealign/ins/imu.hpp"
+#include "liealign/io/text_file.hpp"
 
 namespace liealign {
 
@@ -84,18 +85,19 @@ struct CsvColumn {
   int decimals;
 };
 
-// A column of words, written after the numbers; quoted where it must be (RFC 4180).
+// A column of words, written after the numbers; quoted where it must be (RFC 4180). Without `text` there is none.
 struct CsvTextColumn {
   std::string name;
   std::function<std::string(std::size_t row)> text;
 };
 
 // Writes the header and `rows` rows; fill(row, cells) sets one double per column. Cells arrive as NaN, and a cell that
-// is not finite is written empty. No "-0.00" in fixed notation. The file appears when it is complete (PartFile).
+// is not finite is written empty. No "-0.00" in fixed notation. With a path the file appears when it is complete.
 // Throws InputError `path: cannot be written: reason`; what fill throws passes through.
 using CsvFill = std::function<void(std::size_t row, double* cells)>;
-void write_csv(const std::string& path, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill);
+void write_csv(PartFile& file, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill,
+               const CsvTextColumn& last_column = {});
 void write_csv(const std::string& path, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill,
-               const CsvTextColumn& last_column);
+               const CsvTextColumn& last_column = {});
 
 }  // namespace liealign

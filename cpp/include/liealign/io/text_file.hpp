@@ -15,7 +15,8 @@ std::string read_text_file(const std::string& path);
 void write_text_file(const std::string& path, std::string_view text);
 
 // A file being written. The bytes go to `path + ".part"`; commit() renames it to `path`. Without a commit
-// (an exception on the way) the part is removed and whatever stood at `path` before is untouched.
+// (an exception on the way) the part is removed and whatever stood at `path` before is untouched. Files that belong
+// together are finished one and all, which shows a full disk, before the first is committed.
 // Every member throws InputError `path: cannot be written: reason`.
 class PartFile {
  public:
@@ -25,7 +26,8 @@ class PartFile {
   PartFile& operator=(const PartFile&) = delete;
 
   void write(std::string_view bytes);
-  void commit();
+  void finish();  // nothing more to write
+  void commit();  // finishes what is not
 
  private:
   std::string path_;

@@ -34,7 +34,8 @@ struct ImuConfig {
 };
 
 struct GnssConfig {
-  std::string file;                                 // native gnss.csv
+  std::string file;                                 // native gnss.csv, or a .pos of RTKLIB
+  std::optional<int> week;                          // GPS week of time_s = 0; nullopt = not known, or from the .pos
   std::array<double, 3> lever_arm_b_m = {0, 0, 0};  // IMU to antenna, body axes
   std::optional<double> latency_s;                  // nullopt = "auto"; t_true = time_s - latency_s
   std::optional<double> std_scale;                  // nullopt = "auto"
@@ -87,7 +88,12 @@ struct FilterConfig {
 };
 
 struct OutputConfig {
-  bool filtered = false;  // also write filtered.csv
+  std::vector<std::string> formats = {"csv"};             // csv | sbet: the trajectory files wanted
+  bool filtered = false;                                  // also write filtered.csv
+  std::array<double, 3> reference_point_b_m = {0, 0, 0};  // from the IMU to the point whose trajectory is wanted
+  std::array<double, 3> boresight_deg = {0, 0, 0};        // of the wanted axes in the body: roll, pitch, yaw (ZYX)
+  std::optional<double> rate_hz;                          // nullopt = every IMU epoch
+  std::optional<double> start_time_s, stop_time_s;        // of the output; nullopt = as far as the run goes
 };
 
 struct Config {

@@ -23,8 +23,9 @@ struct Member {
   T& (*ref)(Config&);
 };
 
-using AnyMember = std::variant<Member<bool>, Member<int>, Member<double>, Member<std::optional<double>>,
-                               Member<std::string>, Member<std::array<double, 3>>, Member<std::vector<int>>>;
+using AnyMember = std::variant<Member<bool>, Member<int>, Member<std::optional<int>>, Member<double>,
+                               Member<std::optional<double>>, Member<std::string>, Member<std::array<double, 3>>,
+                               Member<std::vector<int>>, Member<std::vector<std::string>>>;
 
 // What a value may be, beyond its type. A Range holds for every element of a list.
 struct Anything {};  // any string, any finite number

@@ -30,17 +30,22 @@ struct FixRecord {
   std::optional<FixUpdate> position, velocity;
 };
 
+// Trajectories are those of the point and the axes that [output] names, at the epochs that it names.
 struct Solution {
-  std::vector<Epoch> smoothed;   // at every IMU stamp from the first rest to the last event
+  std::vector<Epoch> smoothed;   // at IMU stamps from the first rest to the last event
   std::vector<Epoch> filtered;   // the same from the forward pass alone; empty unless output.filtered
   std::vector<FixRecord> fixes;  // one per GNSS record
-  Score<double> score;           // of the forward pass
+  // Of the IMU, at the fixes and the rest updates, after each; empty unless asked for.
+  std::vector<Epoch> filtered_at_events, smoothed_at_events;
+  Score<double> score;  // of the forward pass
   double heading_std_initial_rad = 0.0;
 };
 
 // Filter and smoother from psi* of the alignment. The heading's initial standard deviation is at least five times the
 // alignment's, so that the flight, which the alignment has already used, is not counted twice (its share in the posterior
 // information is below 4 % up to a sigma of 4 deg; the first order of the error allows 20 deg at most); a typed-in prior with a smaller one is kept.
-Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {});
+// Throws InputError when output.start_time_s and stop_time_s leave no epoch.
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {},
+                 bool keep_events = false);
 
 }  // namespace liealign

@@ -4,6 +4,7 @@
 
 #include "liealign/align/heading_search.hpp"
 #include "liealign/align/rest.hpp"
+#include "liealign/estimate/output_frame.hpp"
 #include "liealign/ins/prepare_imu.hpp"
 #include "liealign/pipeline/config.hpp"
 
@@ -22,6 +23,9 @@ RestLimits rest_limits(const Config& config);
 HeadingSearchOptions heading_search_options(const Config& config);
 
 ImuSampleKind sample_kind(const Config& config);
+
+// The point and the axes whose trajectory is wanted.
+OutputFrame output_frame(const Config& config);
 
 // Sensor axes to body: imu.axes, then imu.mounting_rpy_deg.
 Matrix3d sensor_to_body(const Config& config);
