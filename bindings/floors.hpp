@@ -24,6 +24,7 @@ using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 // In this order: a function or class names the types of the floors below in its signature.
 void bind_core(py::module_& m);
 void bind_earth(py::module_& m);
+void bind_profiles(py::module_& m);
 void bind_config(py::module_& m);
 void bind_align(py::module_& m);
 void bind_flight(py::module_& m);

@@ -14,6 +14,7 @@ PYBIND11_MODULE(_core, m) {
   m.attr("has_ceres") = false;
   bind_core(m);
   bind_earth(m);
+  bind_profiles(m);
   bind_config(m);
   bind_align(m);
   bind_flight(m);
