@@ -15,7 +15,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 import liealign
-from liealign import _core, report
+from liealign import _core, console
 from liealign._core import Cancelled, Config, Error, InputError, NumericalError
 from liealign.drivers import align_heading, write_results
 from liealign.flight import make_config, read_config
@@ -283,7 +283,7 @@ def run(
             config, output, quiet=quiet, require_aligned=require_aligned
         )
         if not quiet:
-            report.print_run(prepared, alignment, solution, output)
+            console.print_run(prepared, alignment, solution, output)
 
 
 @app.command()
@@ -313,7 +313,7 @@ def align(
         if json:
             sys.stdout.write(alignment.json_text)
         elif not quiet:
-            report.print_alignment(alignment)
+            console.print_alignment(alignment)
         _demand_aligned(alignment, require_aligned)
 
 
@@ -338,8 +338,8 @@ def demo(
             read_config(output / "FLIGHT.toml"), results, quiet=quiet
         )
         if not quiet:
-            report.print_run(prepared, alignment, solution, results)
-            report.print_truth(simulated, prepared, alignment, solution, output)
+            console.print_run(prepared, alignment, solution, results)
+            console.print_truth(simulated, prepared, alignment, solution, output)
 
 
 def main() -> None:
