@@ -57,7 +57,8 @@ def print_run(
         f"{s['median_std_heading_deg']:.3f} deg heading",
     )
     _say("span", f"{s['begin_time_s']:.3f} s to {s['end_time_s']:.3f} s, {s['epochs']} epochs")
-    _say("results", f"{folder / 'trajectory.csv'}, summary.json and the other files beside it")
+    trajectory = f"trajectory.{_core.config_entries(prepared.config)['output.formats'][0]}"
+    _say("results", f"{folder / trajectory}, summary.json and the other files beside it")
 
 
 def print_truth(

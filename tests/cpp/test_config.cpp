@@ -44,7 +44,7 @@ Pairs pairs(const Config& config) {
 Config changed_config() {
   Config c;
   c.imu = {.file = "log\\imu.csv",
-           .model = "my-imu",
+           .model = "bmi088",
            .sample = "increment",
            .gyro_unit = "dps",
            .accel_unit = "g",
@@ -112,7 +112,7 @@ Pairs changed_pairs() {
   using S = std::string;
   return {
       {"imu.file", S("log\\imu.csv")},
-      {"imu.model", S("my-imu")},
+      {"imu.model", S("bmi088")},
       {"imu.sample", S("increment")},
       {"imu.gyro_unit", S("dps")},
       {"imu.accel_unit", S("g")},
@@ -512,7 +512,12 @@ TEST(ConfigApply, keeps_what_the_base_says_where_no_entry_speaks) {
   EXPECT_EQ(both.gnss.latency_s, base.gnss.latency_s);
 }
 
-TEST(ConfigApply, model_names_are_free) { EXPECT_EQ(applied("imu.model", text("my own")).imu.model, "my own"); }
+TEST(ConfigApply, model_is_the_name_of_a_profile) {
+  EXPECT_EQ(applied("imu.model", text("bmi088")).imu.model, "bmi088");
+  const std::string said = refusal("imu.model", text("bmi880"));
+  EXPECT_EQ(said.rfind("FLIGHT.toml:9: imu.model is \"bmi880\"; expected one of \"adis16495\", ", 0), 0U) << said;
+  EXPECT_TRUE(said.ends_with("; did you mean \"bmi088\"?")) << said;
+}
 
 TEST(ConfigAxes, exactly_the_24_right_handed_sets_are_accepted) {
   const std::string letters = "FBRLDU";
@@ -733,7 +738,7 @@ TEST(ConfigError, wrong_axes_say_whether_the_letters_or_the_hand_are_wrong) {
 }
 
 TEST(ConfigError, key_given_twice_names_the_first_line) {
-  EXPECT_EQ(refusal({{"imu.file", text("a"), 3, 1}, {"imu.model", text("b"), 4, 1}, {"imu.file", text("a"), 12, 1}}),
+  EXPECT_EQ(refusal({{"imu.file", text("a"), 3, 1}, {"gnss.file", text("b"), 4, 1}, {"imu.file", text("a"), 12, 1}}),
             "FLIGHT.toml:12:1: imu.file is given twice (first on line 3); give it once");
   EXPECT_EQ(refusal({{"imu.file", text("a")}, {"imu.file", text("b")}}),
             "FLIGHT.toml: imu.file is given twice; give it once");

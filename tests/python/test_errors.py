@@ -209,11 +209,16 @@ def test_config_that_is_no_text(files: Files, main: MainInProcess) -> None:
             '--start: align.start is "statc"; expected one of "auto", "static", "moving"; '
             'did you mean "static"?',
         ),
-        (["--imu-model", "tactical"], 'imu.model is "tactical"; expected one of: adis16495'),
     ],
 )
 def test_bad_flag_value(files: Files, main: MainInProcess, arguments: list[str], message: str) -> None:
     assert refused(main, "FLIGHT.toml", *arguments) == message
+
+
+def test_unknown_model_lists_the_profiles(files: Files, main: MainInProcess) -> None:
+    message = refused(main, "FLIGHT.toml", "--imu-model", "icm4268p")
+    assert message.startswith('--imu-model: imu.model is "icm4268p"; expected one of "adis16495", ')
+    assert message.endswith('; did you mean "icm42688p"?')
 
 
 def test_left_handed_axes_are_named(files: Files, main: MainInProcess) -> None:

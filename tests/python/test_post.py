@@ -121,6 +121,16 @@ def test_used_config_runs_again_to_the_same_bits(files: Files, post: Post) -> No
     same_files(files.folder / "results" / "first", files.folder / "results" / "second", RESULTS)
 
 
+def test_formats_span_and_another_point(files: Files, cli: Cli, post: Post) -> None:
+    with (files.folder / "FLIGHT.toml").open("a", encoding="utf-8") as toml:
+        toml.write(
+            "[output]\nreference_point_b_m = [0.2, 0, -0.1]\nboresight_deg = [1, -90, 2.5]\nrate_hz = 25\n"
+        )
+    sbet = {"trajectory.sbet", "trajectory.smrmsg", "trajectory.sbet.json"}
+    span = ("--start-time", "1020", "--stop-time", "1060.5")
+    same_run(cli, post, "--format", "sbet", "csv", "FLIGHT.toml", *span, names=RESULTS | sbet)
+
+
 def test_car(data_dir: Path, cli: Cli, post: Post) -> None:
     car = data_dir / "rtk_car_drive0708"
     same_run(cli, post, "--imu", car / "imu.csv", "--gnss", car / "gnss.csv", *CAR_FLAGS)
@@ -205,6 +215,10 @@ def test_bytes_that_are_no_text(files: Files, post: Post) -> None:
         ["--imu-model", "tactical"],
         ["--imu", "no/such.csv"],
         ["--start", "moving"],
+        ["--format", "csv", "pos"],
+        ["--format=sbet,las"],
+        ["--start-time", "late"],
+        ["--stop-time", "10"],
     ],
 )
 def test_bad_flag_value(files: Files, cli: Cli, post: Post, arguments: list[str]) -> None:

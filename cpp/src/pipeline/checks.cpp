@@ -19,25 +19,31 @@ std::string number(double x) {
   return text;
 }
 
-// e(s) of the head comment, m/s^2, over at most `longest_s` of motion; 0 when there is less than 3 s of it.
-double vertical_force_error(const ImuSeries& imu, const RestStatistics& rest, double t_end_s, double scale) {
-  constexpr double kLongest_s = 20.0, kWindow_s = 1.0;
+// e(s) of the head comment, m/s^2; 0 when the rates are large in fewer than three windows.
+double vertical_force_error(const ImuSeries& imu, const RestStatistics& rest, double scale) {
+  constexpr double kWindow_s = 1.0, kLarge_rps = 0.5, kLevelling_rps = 0.1;
   const double g = rest.mean_f_ib_b.norm();
   const Vector<double, 2> roll_pitch = level(rest.mean_f_ib_b);
   Matrix3d C_b_n = C_b_n_from_rpy({roll_pitch[0], roll_pitch[1], 0.0});
-  const double begin = rest.period.end_s, end = std::min(t_end_s, begin + kLongest_s);
-  double squares = 0.0, windows = 0.0, down = 0.0, in_window = 0.0, window_end = begin + kWindow_s;
-  for (std::size_t k = 1; k < imu.size() && imu[k].t_s <= end; ++k) {
-    if (imu[k].t_s <= begin) continue;
+  double squares = 0.0, windows = 0.0, down = 0.0, rates = 0.0, n = 0.0, window_end = rest.period.end_s + kWindow_s;
+  for (std::size_t k = 1; k < imu.size(); ++k) {
+    if (imu[k].t_s <= rest.period.end_s) continue;
     const double dt = imu[k].t_s - imu[k - 1].t_s;
-    C_b_n = C_b_n * gamma<0>(Vector3d(scale * dt * (imu[k].omega_ib_b - rest.mean_omega_ib_b)));
-    down += (C_b_n * imu[k].f_ib_b).z();
-    in_window += 1.0;
+    const Vector3d omega = imu[k].omega_ib_b - rest.mean_omega_ib_b;
+    const Vector3d& f = imu[k].f_ib_b;
+    const Vector3d up_b = -C_b_n.row(2).transpose();
+    const Vector3d levelling = kLevelling_rps / std::max(f.norm(), 1.0) * f.cross(up_b);
+    C_b_n = C_b_n * gamma<0>(Vector3d(dt * (scale * omega + levelling)));
+    down += (C_b_n * f).z();
+    rates += omega.norm();
+    n += 1.0;
     if (imu[k].t_s < window_end) continue;
-    squares += std::pow(down / in_window + g, 2);
-    windows += 1.0;
-    down = in_window = 0.0;
-    window_end += kWindow_s;
+    if (rates / n > kLarge_rps) {
+      squares += std::pow(down / n + g, 2);
+      windows += 1.0;
+    }
+    down = rates = n = 0.0;
+    window_end = imu[k].t_s + kWindow_s;
   }
   return windows < 3.0 ? 0.0 : std::sqrt(squares / windows);
 }
@@ -67,11 +73,11 @@ std::vector<std::string> check_force_at_rest(const RestStatistics& rest, const s
       "at rest gravity lies along x or y of the body, which stands on its side or has other axes than imu.axes says"};
 }
 
-bool rates_look_like_degrees(const ImuSeries& imu, const RestStatistics& rest, double t_end_s) {
-  // Far apart on any flight: rates 57 times too large tumble within a second of the first turn.
-  constexpr double kTumbling_mps2 = 3.0, kBetter = 3.0;
-  const double as_declared = vertical_force_error(imu, rest, t_end_s, 1.0);
-  return as_declared > kTumbling_mps2 && as_declared > kBetter * vertical_force_error(imu, rest, t_end_s, kDegToRad);
+bool rates_look_like_degrees(const ImuSeries& imu, const RestStatistics& rest) {
+  // Tumbling makes e about g; aerobatics in the right unit, up to half of that.
+  constexpr double kTumbling_mps2 = 3.0, kBetter = 2.0;
+  const double as_declared = vertical_force_error(imu, rest, 1.0);
+  return as_declared > kTumbling_mps2 && as_declared > kBetter * vertical_force_error(imu, rest, kDegToRad);
 }
 
 }  // namespace liealign

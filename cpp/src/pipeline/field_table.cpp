@@ -6,6 +6,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "liealign/ins/profiles.hpp"
+
 namespace liealign {
 namespace {
 
@@ -41,13 +43,20 @@ constexpr Range kQuarterTurn = {0.0, 90.0, true, false};
 constexpr Range at_least(double low) { return {low, kUnlimited, false, false}; }
 constexpr Range within(double low, double high) { return {low, high, false, false}; }
 
+Words profile_names() {
+  Words names;
+  for (const ImuProfile& profile : imu_profiles()) names.allowed.emplace_back(profile.name);
+  return names;
+}
+
 using enum Unset;
 
 std::vector<Field> make_table() {
   return {
       // [imu]
       {"imu.file", "", "IMU log in the native CSV layout", imu<&ImuConfig::file>},
-      {"imu.model", "", "Noise profile that fills every noise key that is not given", imu<&ImuConfig::model>},
+      {"imu.model", "", "Noise profile that fills every noise key that is not given", imu<&ImuConfig::model>,
+       profile_names()},
       {"imu.sample", "",
        "What a sample holds: the mean rate since the one before, the rate at its instant, or the increment",
        imu<&ImuConfig::sample>, Words{{"mean", "instant", "increment"}}},
@@ -157,7 +166,8 @@ std::vector<Field> make_table() {
        kPositive},
 
       // [initial]
-      {"initial.roll_pitch_std_deg", "deg", "Standard deviation of the first roll and pitch",
+      {"initial.roll_pitch_std_deg", "deg",
+       "Standard deviation of the first roll and pitch; at least what the accelerometers' turn-on bias makes of it",
        initial<&InitialConfig::roll_pitch_std_deg>, kPositive},
       {"initial.heading_std_deg", "deg", "Standard deviation of the first heading",
        initial<&InitialConfig::heading_std_deg>, kPositive},

@@ -112,7 +112,7 @@ void check_rates(const FlightData& data, std::vector<RestPeriod> rests, const Co
   }
   if (rests.empty()) return;
   const RestStatistics rest = rest_statistics(data.imu, data.fixes, rests.front());
-  if (!rates_look_like_degrees(data.imu, rest, data.imu.back().t_s)) return;
+  if (!rates_look_like_degrees(data.imu, rest)) return;
   throw InputError(
       config.imu.file +
       ": in motion the rates tumble the body as only rates 57.3 times too large do: the gyros are in deg/s; "

@@ -63,7 +63,8 @@ std::vector<TextLine> run_text(const PreparedFlight& flight, const HeadingResult
                                 number("median_std_heading_deg") + " deg heading"});
   lines.push_back({"span", number("begin_time_s") + " s to " + number("end_time_s") + " s, " +
                                std::to_string(solution.smoothed.size()) + " epochs"});
-  lines.push_back({"results", plain_path(folder + "/trajectory.csv") + ", summary.json and the other files beside it"});
+  const std::string trajectory = "/trajectory." + flight.config.output.formats.front();
+  lines.push_back({"results", plain_path(folder + trajectory) + ", summary.json and the other files beside it"});
   return lines;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/pipeline/settings.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "liealign/core/units.hpp"
@@ -34,9 +35,12 @@ ImuNoise imu_noise(const Config& config) {
 InitialStd initial_std(const Config& config) {
   const ImuProfile& p = imu_profile(config.imu.model);
   const double scale = config.imu.noise_scale.value_or(kUnestimatedScale);
-  return {config.initial.roll_pitch_std_deg * kDegToRad, config.initial.velocity_std_mps,
+  const double accel_mg = scale * config.imu.accel_bias_turn_on_mg.value_or(p.accel_bias_turn_on_mg);
+  // Levelled by gravity, the tilt is off by the bias of the accelerometers over g.
+  const double tilt = std::max(config.initial.roll_pitch_std_deg * kDegToRad, 1e-3 * accel_mg);
+  return {tilt, config.initial.velocity_std_mps,
           scale * config.imu.gyro_bias_turn_on_deg_h.value_or(p.gyro_bias_turn_on_deg_h) * kDegPerHourToRadPerSecond,
-          scale * config.imu.accel_bias_turn_on_mg.value_or(p.accel_bias_turn_on_mg) * kMilliGToMps2};
+          accel_mg * kMilliGToMps2};
 }
 
 FilterOptions filter_options(const Config& config) {
