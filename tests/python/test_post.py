@@ -136,6 +136,15 @@ def test_car(data_dir: Path, cli: Cli, post: Post) -> None:
     same_run(cli, post, "--imu", car / "imu.csv", "--gnss", car / "gnss.csv", *CAR_FLAGS)
 
 
+def test_apm_x8(data_dir: Path, cli: Cli, post: Post) -> None:
+    plane = data_dir / "apm_x8_testlog2"
+    flags = ("--gnss-latency", "0.32", "--imu-noise-scale", "10", "--format", "csv", "sbet")
+    sbet = {"trajectory.sbet", "trajectory.smrmsg", "trajectory.sbet.json"}
+    same_run(
+        cli, post, "--imu", plane / "imu.csv", "--gnss", plane / "gnss.csv", *flags, names=RESULTS | sbet
+    )
+
+
 def test_p4rtk_is_refused_with_the_same_words(data_dir: Path, cli: Cli, post: Post) -> None:
     drone = data_dir / "p4rtk_full_dot7"
     assert same_refusal(cli, post, "--imu", drone / "imu.csv", "--gnss", drone / "gnss.csv")
