@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/align/candidates.hpp"
 
+#include <algorithm>
 #include <exception>
 #include <limits>
 
@@ -21,30 +22,30 @@ struct ScoringVisitor : SilentVisitor<Model> {
   }
 };
 
-CandidateScore evaluate(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
+// `motion` stands at t_begin_s and goes through the pre-tuning and the scored flight.
+template <typename Motion>
+CandidateScore evaluate(const AlignmentProblem& problem, Motion motion, const HeadingCandidate& candidate) {
   const FlightData& data = problem.data;
   const FilterOptions scoring = with_gates(problem.filter, candidate.gate_scales);
   FilterOptions filter = candidate.gated ? scoring : ungated(scoring);
   filter.reacquire_after = 0;  // every candidate scores the same fixes
   Belief<Model> belief = belief_at_rest(problem.rest, candidate.heading_rad, candidate.heading_std_rad, problem.initial,
                                         data.l_ba_b, filter.dynamics.gravity);
-  ImuCursor cursor = cursor_at(data.imu, problem.t_begin_s);
   SilentVisitor<Model> silent;
-  cursor = forward_pass(data, filter, belief, cursor, problem.t_start_s, silent);
+  forward_pass(motion, data, filter, belief, problem.t_start_s, silent);
   const Ekf<Model> ekf{filter.dynamics, filter.covariance_reset};
-  propagate_to(ekf, data.imu, problem.t_start_s, cursor, belief, silent);
+  motion.move_to(problem.t_start_s, ekf, belief, silent);
   set_heading(belief, candidate.heading_rad, candidate.heading_std_rad, data.l_ba_b);
 
   ScoringVisitor visitor{{}, scoring, {}};
-  forward_pass(data, filter, belief, cursor, problem.t_end_s, visitor);
+  forward_pass(motion, data, filter, belief, problem.t_end_s, visitor);
   return {visitor.score.negative_log_likelihood, visitor.score.p_rms(), visitor.score.nis_90(),
           visitor.score.gate_scales(), visitor.score.positions};
 }
 
-}  // namespace
-
-std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
-                                                const std::vector<HeadingCandidate>& candidates) {
+template <typename Motion>
+std::vector<CandidateScore> evaluate_all(const AlignmentProblem& problem, const Motion& motion,
+                                         const std::vector<HeadingCandidate>& candidates) {
   std::vector<CandidateScore> scores(candidates.size());
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(candidates.size());
   std::vector<std::exception_ptr> failures(candidates.size());
@@ -52,7 +53,7 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     const std::size_t k = static_cast<std::size_t>(i);
     try {
-      scores[k] = evaluate(problem, candidates[k]);
+      scores[k] = evaluate(problem, motion, candidates[k]);
     } catch (const NumericalError&) {
       // A heading so wrong that its filter breaks down is simply the worst.
       scores[k].cost = std::numeric_limits<double>::infinity();
@@ -64,6 +65,32 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
     if (failure) std::rethrow_exception(failure);
   }
   return scores;
+}
+
+}  // namespace
+
+IntervalSeries preintegrate(const AlignmentProblem& problem) {
+  std::vector<double> stops = {problem.t_begin_s};
+  for (const Event& event : problem.data.events) {
+    if (event.t_s > problem.t_begin_s && event.t_s <= problem.t_end_s) stops.push_back(event.t_s);
+  }
+  stops.push_back(problem.t_start_s);
+  std::sort(stops.begin(), stops.end());
+  // Attitude is not known yet; the Earth's rate, which the gyro bias so contains, is a small one.
+  const Belief<Model> at_rest =
+      belief_at_rest(problem.rest, 0.0, 0.0, problem.initial, problem.data.l_ba_b, problem.filter.dynamics.gravity);
+  return preintegrate(problem.data.imu, stops, at_rest.X.second.x, problem.filter.dynamics.noise);
+}
+
+std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
+                                                const std::vector<HeadingCandidate>& candidates) {
+  return evaluate_all(problem, BySamples{problem.data.imu, cursor_at(problem.data.imu, problem.t_begin_s)}, candidates);
+}
+
+std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem, const IntervalSeries& intervals,
+                                                const std::vector<HeadingCandidate>& candidates) {
+  if (problem.filter.dynamics.mechanization == Mechanization::paper) return evaluate_candidates(problem, candidates);
+  return evaluate_all(problem, ByIntervals(intervals), candidates);
 }
 
 }  // namespace liealign

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "liealign/align/initial.hpp"
-#include "liealign/estimate/forward.hpp"
+#include "liealign/estimate/intervals.hpp"
 
 namespace liealign {
 
@@ -35,9 +35,16 @@ struct CandidateScore {
   std::size_t fixes = 0;
 };
 
+// The IMU of the problem, preintegrated from fix to fix once for all candidates, with the biases seen at rest.
+IntervalSeries preintegrate(const AlignmentProblem& problem);
+
 // One filter per candidate: pre-tuning at rest, then set_heading(), then the scored flight. Threads over candidates; the
 // result does not depend on their number.
 std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
+                                                const std::vector<HeadingCandidate>& candidates);
+
+// The same over preintegrated intervals of this problem; (`paper` mechanization goes sample by sample all the same).
+std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem, const IntervalSeries& intervals,
                                                 const std::vector<HeadingCandidate>& candidates);
 
 }  // namespace liealign

@@ -16,6 +16,7 @@
 #include "liealign/estimate/gating.hpp"
 #include "liealign/ins/imu.hpp"
 #include "liealign/ins/mechanization.hpp"
+#include "liealign/ins/preintegration.hpp"
 
 namespace liealign {
 
@@ -44,6 +45,20 @@ struct Dynamics {
   ImuNoise noise;
 };
 
+// Variance of the mean input over dt: N^2 / dt (accelerometer first, as the biases); inside a gap of length T also
+// sigma_gap^2 T / dt, which adds up to sigma_gap^2 over the gap however fixes split it.
+inline Vector<double, 6> input_variance(const ImuNoise& n, double dt, double gap_s) {
+  const double a = n.accel_vrw * n.accel_vrw / dt + n.accel_gap_mps2 * n.accel_gap_mps2 * gap_s / dt;
+  const double g = n.gyro_arw * n.gyro_arw / dt + n.gyro_gap_rps * n.gyro_gap_rps * gap_s / dt;
+  return (Vector<double, 6>() << a, a, a, g, g, g).finished();
+}
+
+// What the biases gain over dt.
+inline Vector<double, 6> bias_variance(const ImuNoise& n, double dt) {
+  const double a = n.accel_bias_rw * n.accel_bias_rw * dt, g = n.gyro_bias_rw * n.gyro_bias_rw * dt;
+  return (Vector<double, 6>() << a, a, a, g, g, g).finished();
+}
+
 template <typename Model>
 struct Ekf {
   using Scalar = typename Model::Scalar;
@@ -61,6 +76,13 @@ struct Ekf {
         Model::step(belief.X, sample.omega_ib_b, sample.f_ib_b, dt, dynamics.mechanization, dynamics.gravity);
     propagate_covariance(belief.P, t, dt, sample.gap_s);
     return t;
+  }
+
+  // The same over a preintegrated interval whose samples were corrected by the biases b_0 (exact mechanization).
+  void predict(Belief<Model>& belief, const Preintegrated<Scalar>& pre, const Vector<Scalar, kBias>& b_0) const {
+    const SE23<Scalar> before = belief.X.first;
+    advance_interval<Scalar>(belief.X.first, pre, belief.X.second.x - b_0, dynamics.gravity);
+    propagate_covariance(belief.P, interval_transition(before, belief.X.first, pre), pre.T);
   }
 
   // z, S, zeta of a residual z = y - h(X) with measurement covariance R, at the belief as it is.
@@ -103,7 +125,7 @@ struct Ekf {
 
   // P <- [F B; 0 I] P [F B; 0 I]^T + [B Sigma B^T, 0; 0, Q_b], with the zeros and identities used.
   void propagate_covariance(Covariance& P, const NavTransition<Scalar>& t, double dt, double gap_s = 0.0) const {
-    const Vector<Scalar, kBias> Sigma = input_variance(dt, gap_s);
+    const Vector<Scalar, kBias> Sigma = input_variance(dynamics.noise, dt, gap_s).template cast<Scalar>();
     const SquareMatrix<Scalar, kNav> P_nn = P.template topLeftCorner<kNav, kNav>();
     const Eigen::Matrix<Scalar, kNav, kBias> P_nb = P.template topRightCorner<kNav, kBias>();
     SquareMatrix<Scalar, kBias> P_bb = P.template bottomRightCorner<kBias, kBias>();
@@ -114,36 +136,32 @@ struct Ekf {
     P.template topLeftCorner<kNav, kNav>() = t.F * half + M * t.B.transpose();
     P.template topRightCorner<kNav, kBias>() = P_nb_next;
     P.template bottomLeftCorner<kBias, kNav>() = P_nb_next.transpose();
-    P_bb.diagonal() += bias_variance(dt);
+    P_bb.diagonal() += bias_variance(dynamics.noise, dt).template cast<Scalar>();
     P.template bottomRightCorner<kBias, kBias>() = P_bb;
     symmetrise(P);
   }
 
-  // Variance of the mean input over dt: N^2 / dt (accelerometer first, as the biases); inside a gap of length T also
-  // sigma_gap^2 T / dt, which adds up to sigma_gap^2 over the gap however fixes split it.
-  Vector<Scalar, kBias> input_variance(double dt, double gap_s = 0.0) const {
-    const ImuNoise& n = dynamics.noise;
-    double a = n.accel_vrw * n.accel_vrw / dt, g = n.gyro_arw * n.gyro_arw / dt;
-    a += n.accel_gap_mps2 * n.accel_gap_mps2 * gap_s / dt;
-    g += n.gyro_gap_rps * n.gyro_gap_rps * gap_s / dt;
-    return six(a, g);
-  }
-
-  Vector<Scalar, kBias> bias_variance(double dt) const {
-    const ImuNoise& n = dynamics.noise;
-    return six(n.accel_bias_rw * n.accel_bias_rw * dt, n.gyro_bias_rw * n.gyro_bias_rw * dt);
+  // The same over a whole interval of T seconds: P <- [F B; 0 I] P [F B; 0 I]^T + [Q, 0; 0, Q_b]. The biases walk on half
+  // before and half after it, which leaves the mean of their products with the rest right.
+  void propagate_covariance(Covariance& P, const IntervalTransition<Scalar>& i, double T) const {
+    const Vector<Scalar, kBias> half_walk = (0.5 * bias_variance(dynamics.noise, T)).template cast<Scalar>();
+    P.diagonal().template tail<kBias>() += half_walk;
+    const SquareMatrix<Scalar, kNav> P_nn = P.template topLeftCorner<kNav, kNav>();
+    const Eigen::Matrix<Scalar, kNav, kBias> P_nb = P.template topRightCorner<kNav, kBias>();
+    const SquareMatrix<Scalar, kBias> P_bb = P.template bottomRightCorner<kBias, kBias>();
+    const Eigen::Matrix<Scalar, kNav, kBias> P_nb_next = i.t.F * P_nb + i.t.B * P_bb;
+    const SquareMatrix<Scalar, kNav> half = P_nn * i.t.F.transpose() + P_nb * i.t.B.transpose();
+    P.template topLeftCorner<kNav, kNav>() = i.t.F * half + P_nb_next * i.t.B.transpose() + i.Q;
+    P.template topRightCorner<kNav, kBias>() = P_nb_next;
+    P.template bottomLeftCorner<kBias, kNav>() = P_nb_next.transpose();
+    P.diagonal().template tail<kBias>() += half_walk;
+    symmetrise(P);
   }
 
   // The one place where a covariance is made symmetric again.
   static void symmetrise(Covariance& P) { P = (Scalar(0.5) * (P + P.transpose())).eval(); }
 
  private:
-  static Vector<Scalar, kBias> six(double accel, double gyro) {
-    Vector<Scalar, kBias> v;
-    v << Scalar(accel), Scalar(accel), Scalar(accel), Scalar(gyro), Scalar(gyro), Scalar(gyro);
-    return v;
-  }
-
   static Scalar half_log_det(const Eigen::LLT<Matrix3<Scalar>>& llt) {
     using std::log;
     Scalar sum(0);

@@ -131,22 +131,36 @@ void rest_update(const Ekf<Model>& ekf, const FilterOptions& options, const Even
                   gated_update(ekf, open, belief, rest.mean_omega_ib_b, Model::zero_rate(belief.X), R_w));
 }
 
-// Runs from `cursor` through all events up to t_end. Besides before() and after() of propagate_to the visitor gets
+// How a pass moves from event to event: sample by sample, as here, or by preintegrated intervals (ByIntervals).
+struct BySamples {
+  const ImuSeries& imu;
+  ImuCursor at;
+
+  template <typename Model, typename Visitor>
+  void move_to(double t_target, const Ekf<Model>& ekf, Belief<Model>& belief, Visitor& visitor) {
+    propagate_to(ekf, imu, t_target, at, belief, visitor);
+  }
+  // Of the sample that has led here, as measured: on a stamp the cursor is already at the next one.
+  Vector3d omega() const { return imu[imu[at.k - 1].t_s == at.t_s ? at.k - 1 : at.k].omega_ib_b; }
+  ImuCursor cursor() const { return at; }
+};
+
+// Runs from where `motion` stands through all events up to t_end. Besides before() and after() of propagate_to the visitor
+// gets
 //   visitor.updated(event, kind, innovation)     after each update,
 //   visitor.checkpoint(event_index, belief, cursor, X_predicted, P_predicted)   after all updates of an event; P_predicted
 //     is the covariance the updates started from (enlarged where the filter yielded).
-// Returns the cursor it stopped at.
-template <typename Model, typename Visitor>
-ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Belief<Model>& belief, ImuCursor cursor,
-                       double t_end, Visitor& visitor) {
+template <typename Motion, typename Model, typename Visitor>
+void forward_pass(Motion& motion, const FlightData& data, const FilterOptions& options, Belief<Model>& belief,
+                  double t_end, Visitor& visitor) {
   const Ekf<Model> ekf{options.dynamics, options.covariance_reset};
-  const double begin_s = cursor.t_s;  // of two events at one time both count
+  const double begin_s = motion.cursor().t_s;  // of two events at one time both count
   Reacquisition reacquisition{0, begin_s};
   for (std::size_t i = 0; i < data.events.size(); ++i) {
     const Event& event = data.events[i];
     if (event.t_s <= begin_s) continue;
     if (event.t_s > t_end) break;
-    propagate_to(ekf, data.imu, event.t_s, cursor, belief, visitor);
+    motion.move_to(event.t_s, ekf, belief, visitor);
     const typename Model::State X_predicted = belief.X;
     typename Model::Covariance P_predicted = belief.P;
     if (event.kind == Event::Kind::fix) {
@@ -154,20 +168,25 @@ ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Bel
       visitor.updated(event, UpdateKind::position,
                       position_update(ekf, options, data.l_ba_b, fix, reacquisition, belief, P_predicted));
       if (fix.has_velocity) {
-        // The sample that has led here: on a stamp the cursor is already at the next one.
-        const std::size_t k = data.imu[cursor.k - 1].t_s == cursor.t_s ? cursor.k - 1 : cursor.k;
-        const Vector3d& omega = data.imu[k].omega_ib_b;
         visitor.updated(event, UpdateKind::velocity,
                         gated_update(ekf, options.velocity_gate, belief, fix.v_ea_e,
-                                     Model::gnss_velocity(belief.X, data.l_ba_b, omega), fix.R_v_e));
+                                     Model::gnss_velocity(belief.X, data.l_ba_b, motion.omega()), fix.R_v_e));
       }
     } else {
       rest_update(ekf, options, event, data.rests[event.index], belief, visitor);
       reacquisition.last_inside_s = event.t_s;
     }
-    visitor.checkpoint(i, belief, cursor, X_predicted, P_predicted);
+    visitor.checkpoint(i, belief, motion.cursor(), X_predicted, P_predicted);
   }
-  return cursor;
+}
+
+// The same sample by sample; returns the cursor it stopped at.
+template <typename Model, typename Visitor>
+ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Belief<Model>& belief, ImuCursor cursor,
+                       double t_end, Visitor& visitor) {
+  BySamples motion{data.imu, cursor};
+  forward_pass(motion, data, options, belief, t_end, visitor);
+  return motion.at;
 }
 
 // A visitor that does nothing; others take its members and shadow what they need.

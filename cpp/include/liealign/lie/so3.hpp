@@ -19,6 +19,20 @@ namespace liealign {
 
 inline constexpr double kSeriesAngle = 0.5;  // rad; the one small-angle threshold of the project
 
+// (-1)^k / (2k + n)!, n = 6, 7.
+inline constexpr std::array<std::array<double, 8>, 2> kSeries = [] {
+  std::array<std::array<double, 8>, 2> series{};
+  for (std::size_t n = 6; n < 8; ++n) {
+    double factorial = n == 6 ? 720.0 : 5040.0;
+    for (std::size_t k = 0; k < 8; ++k) {
+      series[n - 6][k] = (k % 2 == 0 ? 1.0 : -1.0) / factorial;
+      const double next = static_cast<double>(2 * k + n + 1);
+      factorial *= next * (next + 1.0);
+    }
+  }
+  return series;
+}();
+
 // The coefficients a_0 ... a_7 of (Eq. 1) at one squared angle.
 template <typename Scalar>
 using ExpCoefficients = std::array<Scalar, 8>;
@@ -41,14 +55,10 @@ ExpCoefficients<Scalar> exp_coefficients(const Scalar& theta2) {
     for (std::size_t n = 2; n < a.size(); ++n) a[n] = (Scalar(kInverseFactorial[n - 2]) - a[n - 2]) / theta2;
     return a;
   }
+  // Horner of eight terms, (-1)^k / (2k + n)!: the first one left out is below theta^16 n!/(16 + n)! < 1e-18 at 0.5 rad.
   for (std::size_t n = 6; n < a.size(); ++n) {
-    // Horner of eight terms: the first one left out is below theta^16 n!/(16 + n)! < 1e-18 at 0.5 rad.
-    Scalar sum(1.0);
-    for (int k = 7; k >= 1; --k) {
-      const double next = static_cast<double>(2 * k + static_cast<int>(n));
-      sum = Scalar(1.0) - theta2 * sum / (next * (next - 1.0));
-    }
-    a[n] = sum * kInverseFactorial[n];
+    a[n] = Scalar(kSeries[n - 6][7]);
+    for (std::size_t k = 7; k-- > 0;) a[n] = Scalar(kSeries[n - 6][k]) + theta2 * a[n];
   }
   for (std::size_t n = 6; n-- > 0;) a[n] = Scalar(kInverseFactorial[n]) - theta2 * a[n + 2];
   return a;

@@ -1,0 +1,120 @@
+// Laws of preintegration: the interval equals the samples, one by one, in state, transition and noise.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "liealign/estimate/ekf.hpp"
+#include "liealign/estimate/lie_model.hpp"
+#include "liealign/ins/preintegration.hpp"
+#include "numeric.hpp"
+
+namespace liealign {
+namespace {
+
+using namespace testing;
+using Model = LieModel<double>;
+
+struct Samples {
+  std::vector<ImuInput<double>> u;
+  double dt;
+};
+
+// A drone that turns, shakes and pushes: up to 2 rad/s and 5 m/s^2 beside gravity.
+Samples shaken(const NavState<double>& X, int n, double dt) {
+  Samples s{{}, dt};
+  const Vector3d hover = -X.first.C.transpose() * gravity_e(X.first.p, GravityModel::normal);
+  for (int k = 0; k < n; ++k) {
+    const double t = (k + 0.5) * dt;
+    const Vector3d w(1.2 * std::sin(5 * t), 0.9 * std::cos(7 * t), 1.5 * std::sin(2 * t + 1));
+    const Vector3d f = hover + Vector3d(3 * std::sin(4 * t), 4 * std::cos(3 * t), 5 * std::sin(9 * t));
+    s.u.push_back({w, f, dt});
+  }
+  return s;
+}
+
+Dynamics noisy() {
+  Dynamics d;
+  d.noise.gyro_arw = 3e-5;
+  d.noise.accel_vrw = 2e-4;
+  d.noise.gyro_bias_rw = 1e-6;
+  d.noise.accel_bias_rw = 1e-5;
+  return d;
+}
+
+Preintegrated<double> summed(const Samples& s, const Vector<double, 6>& b0, const Dynamics& d) {
+  Preintegrated<double> pre;
+  for (const ImuInput<double>& u : s.u) {
+    pre.append({u.omega_ib_b - b0.tail<3>(), u.f_ib_b - b0.head<3>(), u.dt},
+               d.noise.accel_vrw * d.noise.accel_vrw * u.dt, d.noise.gyro_arw * d.noise.gyro_arw * u.dt);
+  }
+  return pre;
+}
+
+TEST(Preintegration, state_equals_the_samples_one_by_one) {
+  std::mt19937 rng(3);
+  for (const double T : {0.1, 0.2, 1.0}) {
+    const NavState<double> X = random_state(rng);
+    const Samples s = shaken(X, static_cast<int>(T * 200 + 0.5), 0.005);
+    SE23<double> one_by_one = X.first, at_once = X.first;
+    for (const ImuInput<double>& u : s.u) one_by_one = mechanize_exact(one_by_one, u, GravityModel::normal);
+    advance_interval(at_once, summed(s, Vector<double, 6>::Zero(), noisy()),
+                     Vector<double, 6>(Vector<double, 6>::Zero()), GravityModel::normal);
+    EXPECT_LT(SO3<double>(SO3<double>{one_by_one.C.transpose() * at_once.C}).log().norm(), 1e-13);
+    EXPECT_LT((one_by_one.v - at_once.v).norm(), 3e-7) << T;
+    EXPECT_LT((one_by_one.p - at_once.p).norm(), 1e-7) << T;
+  }
+}
+
+TEST(Preintegration, another_bias_is_a_correction_of_first_order) {
+  std::mt19937 rng(4);
+  const NavState<double> X = random_state(rng);
+  const Samples s = shaken(X, 200, 0.005);
+  Vector<double, 6> delta;
+  delta << 0.02, -0.03, 0.01, 2e-4, -3e-4, 1e-4;
+  SE23<double> far = X.first, corrected = X.first, plain = X.first;
+  const Vector<double, 6> none = Vector<double, 6>::Zero();
+  advance_interval(far, summed(s, delta, noisy()), none, GravityModel::normal);
+  advance_interval(corrected, summed(s, none, noisy()), delta, GravityModel::normal);
+  advance_interval(plain, summed(s, none, noisy()), none, GravityModel::normal);
+  const Vector<double, 9> effect = (plain.inverse() * far).log(), left = (corrected.inverse() * far).log();
+  EXPECT_GT(effect.norm(), 1e-2);
+  EXPECT_LT(left.norm(), 1e-4 * effect.norm());
+}
+
+TEST(Preintegration, transition_and_noise_equal_those_of_the_samples) {
+  std::mt19937 rng(5);
+  const Dynamics d = noisy();
+  const Ekf<Model> ekf{d, true};
+  for (const double T : {0.1, 1.0}) {
+    const NavState<double> X = random_state(rng);
+    const Samples s = shaken(X, static_cast<int>(T * 200 + 0.5), 0.005);
+    Belief<Model> belief{X, Model::Covariance::Zero()};
+    belief.X.second.x.setZero();
+    SquareMatrix<double, 15> F = SquareMatrix<double, 15>::Identity();
+    for (const ImuInput<double>& u : s.u) {
+      const NavTransition<double> t = ekf.predict(belief, {0.0, u.omega_ib_b, u.f_ib_b}, u.dt);
+      SquareMatrix<double, 15> step = SquareMatrix<double, 15>::Identity();
+      step.topLeftCorner<9, 9>() = t.F;
+      step.topRightCorner<9, 6>() = t.B;
+      F = (step * F).eval();
+    }
+    const Preintegrated<double> pre = summed(s, Vector<double, 6>::Zero(), d);
+    SE23<double> next = X.first;
+    advance_interval(next, pre, Vector<double, 6>(Vector<double, 6>::Zero()), GravityModel::normal);
+    const IntervalTransition<double> i = interval_transition(X.first, next, pre);
+    const SquareMatrix<double, 9> F_nav = F.topLeftCorner<9, 9>();
+    const Eigen::Matrix<double, 9, 6> B = F.topRightCorner<9, 6>();
+    EXPECT_LT((i.t.F - F_nav).norm(), 1e-6 * F_nav.norm());
+    EXPECT_LT((i.t.B - B).norm(), 1e-4 * B.norm());
+    // By standard deviations: entries of very different size.
+    const Eigen::VectorXd sigma = belief.P.diagonal().cwiseSqrt();
+    const Ekf<Model> predicted_ekf{d, true};
+    Belief<Model> at_once{X, Model::Covariance::Zero()};
+    predicted_ekf.propagate_covariance(at_once.P, i, T);
+    const Eigen::MatrixXd difference =
+        sigma.cwiseInverse().asDiagonal() * (at_once.P - belief.P) * sigma.cwiseInverse().asDiagonal();
+    EXPECT_LT(difference.cwiseAbs().maxCoeff(), 0.01) << T << "\n" << difference;
+  }
+}
+
+}  // namespace
+}  // namespace liealign
