@@ -49,6 +49,14 @@ Preintegrated<double> summed(const Samples& s, const Vector<double, 6>& b0, cons
   return pre;
 }
 
+const Vector<double, 6> kNone = Vector<double, 6>::Zero();
+
+SE23<double> advance_interval(SE23<double>& X, const Preintegrated<double>& pre, const Vector<double, 6>& delta_b) {
+  const SE23<double> d = increments(pre, delta_b);
+  liealign::advance_interval(X, d, pre.T, GravityModel::normal);
+  return d;
+}
+
 TEST(Preintegration, state_equals_the_samples_one_by_one) {
   std::mt19937 rng(3);
   for (const double T : {0.1, 0.2, 1.0}) {
@@ -56,8 +64,7 @@ TEST(Preintegration, state_equals_the_samples_one_by_one) {
     const Samples s = shaken(X, static_cast<int>(T * 200 + 0.5), 0.005);
     SE23<double> one_by_one = X.first, at_once = X.first;
     for (const ImuInput<double>& u : s.u) one_by_one = mechanize_exact(one_by_one, u, GravityModel::normal);
-    advance_interval(at_once, summed(s, Vector<double, 6>::Zero(), noisy()),
-                     Vector<double, 6>(Vector<double, 6>::Zero()), GravityModel::normal);
+    advance_interval(at_once, summed(s, kNone, noisy()), kNone);
     EXPECT_LT(SO3<double>(SO3<double>{one_by_one.C.transpose() * at_once.C}).log().norm(), 1e-13);
     EXPECT_LT((one_by_one.v - at_once.v).norm(), 3e-7) << T;
     EXPECT_LT((one_by_one.p - at_once.p).norm(), 1e-7) << T;
@@ -71,10 +78,9 @@ TEST(Preintegration, another_bias_is_a_correction_of_first_order) {
   Vector<double, 6> delta;
   delta << 0.02, -0.03, 0.01, 2e-4, -3e-4, 1e-4;
   SE23<double> far = X.first, corrected = X.first, plain = X.first;
-  const Vector<double, 6> none = Vector<double, 6>::Zero();
-  advance_interval(far, summed(s, delta, noisy()), none, GravityModel::normal);
-  advance_interval(corrected, summed(s, none, noisy()), delta, GravityModel::normal);
-  advance_interval(plain, summed(s, none, noisy()), none, GravityModel::normal);
+  advance_interval(far, summed(s, delta, noisy()), kNone);
+  advance_interval(corrected, summed(s, kNone, noisy()), delta);
+  advance_interval(plain, summed(s, kNone, noisy()), kNone);
   const Vector<double, 9> effect = (plain.inverse() * far).log(), left = (corrected.inverse() * far).log();
   EXPECT_GT(effect.norm(), 1e-2);
   EXPECT_LT(left.norm(), 1e-4 * effect.norm());
@@ -82,8 +88,7 @@ TEST(Preintegration, another_bias_is_a_correction_of_first_order) {
 
 TEST(Preintegration, transition_and_noise_equal_those_of_the_samples) {
   std::mt19937 rng(5);
-  const Dynamics d = noisy();
-  const Ekf<Model> ekf{d, true};
+  const Ekf<Model> ekf{noisy(), true};
   for (const double T : {0.1, 1.0}) {
     const NavState<double> X = random_state(rng);
     const Samples s = shaken(X, static_cast<int>(T * 200 + 0.5), 0.005);
@@ -97,19 +102,18 @@ TEST(Preintegration, transition_and_noise_equal_those_of_the_samples) {
       step.topRightCorner<9, 6>() = t.B;
       F = (step * F).eval();
     }
-    const Preintegrated<double> pre = summed(s, Vector<double, 6>::Zero(), d);
+    const Preintegrated<double> pre = summed(s, kNone, noisy());
     SE23<double> next = X.first;
-    advance_interval(next, pre, Vector<double, 6>(Vector<double, 6>::Zero()), GravityModel::normal);
-    const IntervalTransition<double> i = interval_transition(X.first, next, pre);
+    const SE23<double> d = advance_interval(next, pre, kNone);
+    const IntervalTransition<double> i = interval_transition(X.first, next, d, pre);
     const SquareMatrix<double, 9> F_nav = F.topLeftCorner<9, 9>();
     const Eigen::Matrix<double, 9, 6> B = F.topRightCorner<9, 6>();
     EXPECT_LT((i.t.F - F_nav).norm(), 1e-6 * F_nav.norm());
     EXPECT_LT((i.t.B - B).norm(), 1e-4 * B.norm());
     // By standard deviations: entries of very different size.
     const Eigen::VectorXd sigma = belief.P.diagonal().cwiseSqrt();
-    const Ekf<Model> predicted_ekf{d, true};
     Belief<Model> at_once{X, Model::Covariance::Zero()};
-    predicted_ekf.propagate_covariance(at_once.P, i, T);
+    ekf.propagate_covariance(at_once.P, i, T);
     const Eigen::MatrixXd difference =
         sigma.cwiseInverse().asDiagonal() * (at_once.P - belief.P) * sigma.cwiseInverse().asDiagonal();
     EXPECT_LT(difference.cwiseAbs().maxCoeff(), 0.01) << T << "\n" << difference;

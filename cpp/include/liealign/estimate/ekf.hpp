@@ -81,8 +81,9 @@ struct Ekf {
   // The same over a preintegrated interval whose samples were corrected by the biases b_0 (exact mechanization).
   void predict(Belief<Model>& belief, const Preintegrated<Scalar>& pre, const Vector<Scalar, kBias>& b_0) const {
     const SE23<Scalar> before = belief.X.first;
-    advance_interval<Scalar>(belief.X.first, pre, belief.X.second.x - b_0, dynamics.gravity);
-    propagate_covariance(belief.P, interval_transition(before, belief.X.first, pre), pre.T);
+    const SE23<Scalar> d = increments<Scalar>(pre, belief.X.second.x - b_0);
+    advance_interval(belief.X.first, d, pre.T, dynamics.gravity);
+    propagate_covariance(belief.P, interval_transition(before, belief.X.first, d, pre), pre.T);
   }
 
   // z, S, zeta of a residual z = y - h(X) with measurement covariance R, at the belief as it is.

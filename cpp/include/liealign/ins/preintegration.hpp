@@ -91,20 +91,21 @@ struct IntervalTransition {
   SquareMatrix<Scalar, 9> Q;
 };
 
-// (Eq. 50). X becomes the state at the end. The increments are those of the biases b_0, the state has b_0 + delta_b
-// (accelerometer first): first order in delta_b, X(b) = X(b_0) exp(B delta_b).
+// The increments (dC, dv, dp) for the biases b_0 + delta_b (accelerometer first), b_0 those that the samples were corrected
+// by: X(b) = X(b_0) exp(B delta_b), first order in delta_b.
 template <typename Scalar>
-void advance_interval(SE23<Scalar>& X, const Preintegrated<Scalar>& pre, const Vector<Scalar, 6>& delta_b,
-                      GravityModel model) {
+SE23<Scalar> increments(const Preintegrated<Scalar>& pre, const Vector<Scalar, 6>& delta_b) {
+  const Vector3<Scalar> d_a = delta_b.template head<3>(), d_g = delta_b.template tail<3>();
+  typename SE23<Scalar>::Tangent eta;  // dX exp(Ad(dX^-1) eta) = exp(eta) dX
+  eta << pre.B_phi_g * d_g, pre.B_nu_g * d_g + pre.B_phi_g * d_a, pre.B_rho_g * d_g + pre.B_rho_a * d_a;
+  return SE23<Scalar>::exp(eta) * SE23<Scalar>{pre.dC, pre.dv, pre.dp};
+}
+
+// (Eq. 50). X becomes the state T [s] later; d from increments().
+template <typename Scalar>
+void advance_interval(SE23<Scalar>& X, const SE23<Scalar>& d, double seconds, GravityModel model) {
   const Vector3<Scalar> omega_ie = wgs84::omega_ie_e<Scalar>();
-  const Scalar T(pre.T), half(0.5);
-  const Vector3<Scalar> d_g = delta_b.template tail<3>(), d_a = delta_b.template head<3>();
-  // Left increments: dX exp(Ad(dX^-1) eta) = exp(eta) dX.
-  const Vector3<Scalar> turn = pre.B_phi_g * d_g;
-  const SE23<Scalar> correction = SE23<Scalar>::exp(
-      (Vector<Scalar, 9>() << turn, pre.B_nu_g * d_g + pre.B_phi_g * d_a, pre.B_rho_g * d_g + pre.B_rho_a * d_a)
-          .finished());
-  const SE23<Scalar> d = correction * SE23<Scalar>{pre.dC, pre.dv, pre.dp};
+  const Scalar T(seconds), half(0.5);
   const Vector3<Scalar> v_i = X.v + omega_ie.cross(X.p);
   const Vector3<Scalar> C_dv = X.C * d.v, C_dp = X.C * d.p;
   const Vector3<Scalar> gamma_0 = gravitation_e(X.p, model);
@@ -120,19 +121,20 @@ void advance_interval(SE23<Scalar>& X, const Preintegrated<Scalar>& pre, const V
   X.v = R * (v_i + C_dv + pull_v) - omega_ie.cross(X.p);
 }
 
-// Its transition in the left error (phi, nu, rho), from the attitudes at both ends:
+// Its transition in the left error (phi, nu, rho), from the attitudes at both ends and the increments d between them (an
+// uncorrected dv would be off in F by delta_b_a over g, and tilt and bias are told apart by less):
 //   eps'+ = Ad(dX^-1) Phi eps',  nu = nu' - hat(C^T omega_ie) rho at both ends,
 // Phi the drift of rho by nu' and of both by the gradient of gravitation.                     (Eq. 52)
 template <typename Scalar>
-IntervalTransition<Scalar> interval_transition(const SE23<Scalar>& X, const SE23<Scalar>& next,
+IntervalTransition<Scalar> interval_transition(const SE23<Scalar>& X, const SE23<Scalar>& next, const SE23<Scalar>& d,
                                                const Preintegrated<Scalar>& pre) {
   constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho, kBa = 0, kBg = 3;
   const Scalar T(pre.T);
-  const Matrix3<Scalar> Ct = pre.dC.transpose();
+  const Matrix3<Scalar> Ct = d.C.transpose();
   const Matrix3<Scalar> W = hat(X.C.transpose() * wgs84::omega_ie_e<Scalar>());
   const Matrix3<Scalar> W_next = hat(next.C.transpose() * wgs84::omega_ie_e<Scalar>());
   const Matrix3<Scalar> gradient_T = T * (X.C.transpose() * gravitation_gradient_e(X.p) * X.C);
-  const Matrix3<Scalar> V = hat(pre.dv), P = hat(pre.dp);
+  const Matrix3<Scalar> V = hat(d.v), P = hat(d.p);
 
   IntervalTransition<Scalar> out;
   SquareMatrix<Scalar, 9>& F = out.t.F;
