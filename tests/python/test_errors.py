@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import liealign
 import pytest
 
 from .conftest import Cli, Files, MainInProcess, Outcome
@@ -20,6 +21,7 @@ def refused(main: MainInProcess, *arguments: str, code: int = 1) -> str:
     return outcome.err.removesuffix("\n")
 
 
+PROFILES = ", ".join(profile.name for profile in liealign.imu_profiles())
 IMU_HEADER = "time_s,gyro_x_rps,gyro_y_rps,gyro_z_rps,accel_x_mps2,accel_y_mps2,accel_z_mps2"
 GNSS_HEADER = "time_s,lat_deg,lon_deg,height_m,std_n_m,std_e_m,std_d_m"
 
@@ -209,7 +211,12 @@ def test_config_that_is_no_text(files: Files, main: MainInProcess) -> None:
             '--start: align.start is "statc"; expected one of "auto", "static", "moving"; '
             'did you mean "static"?',
         ),
-        (["--imu-model", "tactical"], 'imu.model is "tactical"; expected one of: adis16495'),
+        (["--imu-model", "tactical"], f'imu.model is "tactical"; expected one of: {PROFILES}'),
+        (
+            ["--heading-guess-std", "30"],
+            "align.heading_guess_std_deg is 30.0 without align.heading_guess_deg; give the guess as well "
+            "(--heading-guess DEG), or drop align.heading_guess_std_deg (--heading-guess-std)",
+        ),
     ],
 )
 def test_bad_flag_value(files: Files, main: MainInProcess, arguments: list[str], message: str) -> None:

@@ -205,6 +205,7 @@ def test_bytes_that_are_no_text(files: Files, post: Post) -> None:
         ["--imu-model", "tactical"],
         ["--imu", "no/such.csv"],
         ["--start", "moving"],
+        ["--heading-guess-std", "30"],
     ],
 )
 def test_bad_flag_value(files: Files, cli: Cli, post: Post, arguments: list[str]) -> None:
