@@ -83,7 +83,7 @@ class Comparison:
 
     def __getitem__(self, name: str) -> ChannelError:
         """Return the channel of that name."""
-        return next(channel for channel in self.channels if channel.name == name)
+        return {channel.name: channel for channel in self.channels}[name]
 
     def to_dict(self) -> dict[str, Any]:
         """Return what `liealign compare --json` prints."""

@@ -96,7 +96,7 @@ def test_statistics_are_those_of_the_errors() -> None:
 
 
 def test_truth_is_interpolated_to_the_trajectory() -> None:
-    """Truth at 10 Hz, trajectory at 100 Hz: a line has no interpolation error but by the Earth's curvature."""
+    """Truth at 10 Hz, trajectory at 100 Hz: a line has no error but by the Earth's curvature."""
     c = liealign.compare(track(), track(1001, 0.01))
     assert c.epochs == 1001
     assert max(c[name].max for name in ("north", "east", "down")) < 1e-7
@@ -122,10 +122,9 @@ def test_nothing_is_extrapolated_and_no_gap_is_bridged() -> None:
     truth, found = track(101, 0.1), track(301, 0.1)
     c = liealign.compare(truth, found)
     assert (c.epochs, c.epochs_outside, c.end_time_s) == (101, 200, pytest.approx(110.0))
+    names = [f.name for f in dataclasses.fields(Track) if f.name != "name"]
     kept = (truth.time_s < 103.05) | (truth.time_s > 105.95)
-    holed = Track.of(
-        {f.name: getattr(truth, f.name)[kept] for f in dataclasses.fields(Track) if f.name != "name"}
-    )
+    holed = Track.of({name: getattr(truth, name)[kept] for name in names})
     c = liealign.compare(holed, track(101, 0.1))
     assert (c.epochs, c.epochs_outside, c.epochs_in_gaps) == (72, 0, 29)
     assert not ((c.time_s > 103.05) & (c.time_s < 105.95)).any()
@@ -161,6 +160,8 @@ def test_frame_and_dict(case: SimulatedCase) -> None:
     frame = c.to_frame()
     assert frame.loc["heading", "rms"] == c["heading"].rms and len(frame) == 10
     assert json.loads(json.dumps(c.to_dict()))["channels"][9]["name"] == "heading"
+    with pytest.raises(KeyError):
+        c["headin"]
     with pytest.raises(dataclasses.FrozenInstanceError):
         c.epochs = 3  # type: ignore[misc]
 
@@ -303,7 +304,7 @@ def test_bad_csv(lines: list[str], message: str, main: MainInProcess, tmp_path: 
 
 
 def test_csv_as_people_write_it(tmp_path: Path) -> None:
-    """Byte order mark, CRLF, comments, blanks, quotes, columns in another order, more columns, empty sigmas."""
+    """Byte order mark, CRLF, comments, blanks, quotes, other columns, empty sigmas."""
     text = f'# mine\r\n\r\nnote, {STATE},std_heading_deg\r\nx, 1 ,{ROW},\r\n"a,b",2,{ROW},0.5\r\n'
     (tmp_path / "t.csv").write_bytes(b"\xef\xbb\xbf" + text.encode())
     t = liealign.read_trajectory(tmp_path / "t.csv")

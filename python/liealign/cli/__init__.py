@@ -16,8 +16,9 @@ from liealign.cli.compare import compare
 from liealign.cli.config import config
 from liealign.cli.flags import FLAGS, join_words
 from liealign.cli.imus import imus
+from liealign.cli.knobs import KNOBS
 from liealign.cli.run import align, run
-from liealign.cli.simulate import KNOBS, demo, simulate
+from liealign.cli.simulate import demo, simulate
 from liealign.cli.work import EXIT_INTERRUPTED, run_to_folder
 
 __all__ = ["FLAGS", "app", "join_words", "main", "run_to_folder"]

@@ -145,7 +145,7 @@ class Given(NamedTuple):
 def takes_flags(
     flags: dict[str, Flag],
 ) -> Callable[[Callable[Concatenate[Given, P], None]], Callable[..., None]]:
-    """Give a command FLIGHT.toml and the flags as parameters, before its own options.
+    """Give a command FLIGHT.toml and the flags as parameters beside its own options.
 
     The command itself gets them together, as its first argument.
     """
@@ -164,9 +164,14 @@ def takes_flags(
 def with_parameters(
     function: Callable[..., None], command: Callable[..., None], parameters: list[inspect.Parameter]
 ) -> Callable[..., None]:
-    """Make `function` look to typer like `command` with the parameters in place of its first argument."""
-    _, *own = inspect.signature(command, eval_str=True).parameters.values()
-    parameters = [*parameters, *(keyword(p.name, p.default, p.annotation) for p in own)]
+    """Make `function` look to typer like `command` with the parameters in place of its first argument.
+
+    What is required comes first in --help.
+    """
+    _, *rest = inspect.signature(command, eval_str=True).parameters.values()
+    own = [keyword(p.name, p.default, p.annotation) for p in rest]
+    required = [p for p in own if p.default is inspect.Parameter.empty]
+    parameters = [*required, *parameters, *(p for p in own if p not in required)]
     function.__name__, function.__doc__ = command.__name__, command.__doc__
     # typer reads both.
     function.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
