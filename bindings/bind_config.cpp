@@ -100,7 +100,8 @@ void bind_config(py::module_& m) {
       [](const std::string& word, const std::vector<std::string>& names) {
         return did_you_mean(nearest_names(word, names));
       },
-      py::arg("word"), py::arg("names"), "`; did you mean \"a\"?` with the nearest of the names; empty when none is near.");
+      py::arg("word"), py::arg("names"),
+      "`; did you mean \"a\"?` with the nearest of the names; empty when none is near.");
   m.def("files_from", &files_from, py::arg("toml"), py::arg("config"),
         "`config` as read from the file `toml`, with its file names put behind the folder of that file.");
 }
