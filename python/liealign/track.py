@@ -75,15 +75,25 @@ class Track:
 
     @classmethod
     def of(cls, source: Any) -> Track:
-        """Take over a Track, a Trajectory, the arrays of `SimulatedFlight.truth()`, or a file by its name."""
+        """Take over a Track, a Trajectory, the arrays of `SimulatedFlight.truth()`, or a file by its name.
+
+        Raises
+        ------
+        InputError
+            When a file cannot be used.
+        TypeError
+            When it is none of these.
+        """
         if isinstance(source, Track):
             return source
         if isinstance(source, str | PathLike):
             return read_trajectory(source)
-        arrays: Mapping[str, Any] = source if isinstance(source, Mapping) else vars(source)
-        absent = np.full((len(arrays["time_s"]), 3), np.nan)
-        # name takes no part: neither source has one.
+        arrays = source if isinstance(source, Mapping) else getattr(source, "__dict__", {})
         names = [f.name for f in fields(cls) if f.name != "name"]
+        lacking = [name for name in names if name not in arrays and not name.startswith("std_")]
+        if lacking:
+            raise TypeError(f"a {type(source).__name__} is no trajectory: {', '.join(lacking)} missing")
+        absent = np.full((len(arrays["time_s"]), 3), np.nan)
         columns: dict[str, Any] = {name: np.asarray(arrays.get(name, absent)) for name in names}
         return cls(**columns)
 

@@ -155,6 +155,14 @@ def test_arrays_files_and_results_compare_alike(case: SimulatedCase, tmp_path: P
     assert liealign.compare(case.truth, case.solution.filtered)["north"].rms > arrays["north"].rms
 
 
+def test_what_is_no_trajectory() -> None:
+    with pytest.raises(TypeError, match="a int is no trajectory: time_s, lat_deg"):
+        liealign.compare(3, track())  # type: ignore[arg-type]
+    arrays = {name: array for name, array in vars(track()).items() if name != "rpy_deg"}
+    with pytest.raises(TypeError, match="a dict is no trajectory: rpy_deg missing"):
+        liealign.compare(track(), arrays)  # type: ignore[arg-type]
+
+
 def test_frame_and_dict(case: SimulatedCase) -> None:
     c = liealign.compare(case.truth, case.solution)
     frame = c.to_frame()
