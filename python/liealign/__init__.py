@@ -54,14 +54,18 @@ from liealign._core import (
     simulate_flight,
     write_flight,
 )
+from liealign.comparison import ChannelError, Comparison, compare
 from liealign.drivers import align_heading, process, write_results
 from liealign.flight import flight_from_arrays, make_config, read_config, read_flight
 from liealign.solution import Alignment, Innovations, Solution, Trajectory
+from liealign.track import Track, read_trajectory
 
 __all__ = [
     "Alignment",
     "Cancelled",
     "CandidateScore",
+    "ChannelError",
+    "Comparison",
     "Config",
     "ConfigError",
     "ConfigField",
@@ -80,9 +84,11 @@ __all__ = [
     "PreparedFlight",
     "SimulatedFlight",
     "Solution",
+    "Track",
     "Trajectory",
     "__version__",
     "align_heading",
+    "compare",
     "config_entries",
     "config_fields",
     "dump_config",
@@ -99,6 +105,7 @@ __all__ = [
     "process",
     "read_config",
     "read_flight",
+    "read_trajectory",
     "simulate_flight",
     "write_flight",
     "write_results",

@@ -223,8 +223,11 @@ def test_demo_shows_the_truth(cli: Cli) -> None:
     demo = cli.folder / "liealign-demo"
     assert written(demo) == {"FLIGHT.toml", "imu.csv", "gnss.csv", "truth.csv", "out"}
     assert written(demo / "out") == RESULTS | {"filtered.csv"}
-    rows = {line.split(",")[0].strip(): line.split()[-2:] for line in outcome.out.splitlines() if "," in line}
-    for name in ("horizontal", "vertical", "velocity", "roll", "pitch", "heading"):
+    rows = {
+        line.split(",")[0].strip(): line.split()[-2:] for line in outcome.out.splitlines() if ", " in line
+    }
+    channels = ("north", "east", "down", "horizontal", "vn", "ve", "vd", "roll", "pitch", "heading")
+    for name in channels:
         smoothed, filtered = map(float, rows[name])
-        assert 0.0 < smoothed < filtered < 0.5
+        assert 0.0 < smoothed < filtered < 0.5, name
     assert "liealign-demo/FLIGHT.toml" in outcome.out

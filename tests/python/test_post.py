@@ -228,6 +228,7 @@ def test_bytes_that_are_no_text(files: Files, post: Post) -> None:
         ["--format=sbet,las"],
         ["--start-time", "late"],
         ["--stop-time", "10"],
+        ["--heading-guess-std", "30"],
     ],
 )
 def test_bad_flag_value(files: Files, cli: Cli, post: Post, arguments: list[str]) -> None:

@@ -12,6 +12,7 @@
 #include "liealign/io/csv.hpp"
 #include "liealign/io/rtklib_pos.hpp"
 #include "liealign/pipeline/checks.hpp"
+#include "liealign/pipeline/field_table.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign {
@@ -198,11 +199,20 @@ void warn(const Flight& flight, PreparedFlight& out) {
   }
 }
 
+// A std that differs from the default was given by someone; the default itself stands in every config.toml.
+void check_guess(const AlignConfig& align) {
+  if (align.heading_guess_deg || align.heading_guess_std_deg == AlignConfig{}.heading_guess_std_deg) return;
+  throw ConfigError("align.heading_guess_std_deg is " + toml_text(align.heading_guess_std_deg) +
+                    " without align.heading_guess_deg; give the guess as well (--heading-guess DEG), or drop "
+                    "align.heading_guess_std_deg (--heading-guess-std)");
+}
+
 }  // namespace
 
 Flight read_flight(const Config& config) {
   if (config.imu.file.empty()) throw ConfigError("imu.file is not given; name the IMU log (--imu FILE)");
   if (config.gnss.file.empty()) throw ConfigError("gnss.file is not given; name the GNSS log (--gnss FILE)");
+  check_guess(config.align);
   Flight flight;
   flight.config = config;
   flight.imu = read_imu_csv(config.imu.file, flight.warnings);
@@ -222,6 +232,7 @@ Flight read_flight(const Config& config) {
 
 PreparedFlight prepare_flight(const Flight& flight) {
   const Config& config = flight.config;
+  check_guess(config.align);
   PreparedFlight out;
   out.config = config;
   out.warnings = flight.warnings;

@@ -97,7 +97,10 @@ void check(const Truth& truth, const GnssErrors& e) {
   for (int i = 0; i < 3; ++i) {
     require_not_negative("std_ned_m", e.std_ned_m[i]);
     require_not_negative("velocity_std_ned", e.velocity_std_ned[i]);
+    require_not_negative("the length of l_ba_b", std::abs(e.l_ba_b[i]));
   }
+  require_not_negative("the size of latency_s", std::abs(e.latency_s));
+  require_not_negative("outlier_m", e.outlier_m);
   if (!(e.outlier_probability >= 0.0 && e.outlier_probability <= 1.0)) {
     refuse("outlier_probability", e.outlier_probability, "a number from 0 to 1");
   }

@@ -18,7 +18,8 @@ struct Flight {
   std::vector<std::string> warnings;
 };
 
-// Reads imu.file and gnss.file. Throws InputError (file:line:column) or ConfigError when a file is not named.
+// Reads imu.file and gnss.file. Throws InputError (file:line:column) or ConfigError when a file is not named or the std
+// of a heading guess is given without the guess.
 Flight read_flight(const Config& config);
 
 // Why a GNSS record is or is not an update of the filter.
@@ -41,7 +42,7 @@ struct PreparedFlight {
   std::vector<std::string> warnings;
 };
 
-// Throws InputError when IMU and GNSS do not overlap or the flight does not begin at rest.
+// Throws InputError when IMU and GNSS do not overlap or the flight does not begin at rest, ConfigError as above.
 PreparedFlight prepare_flight(const Flight& flight);
 
 }  // namespace liealign
