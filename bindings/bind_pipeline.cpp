@@ -111,11 +111,10 @@ void bind_pipeline(py::module_& m) {
   m.def("alignment_json", &alignment_json, py::arg("flight"), py::arg("heading"), "The text of alignment.json.");
   m.def("summary_json", &summary_json, py::arg("flight"), py::arg("heading"), py::arg("solution"),
         "The text of summary.json.");
-  m.def(
-      "write_results", &write, py::arg("folder"), py::arg("flight"), py::arg("heading"), py::arg("solution"),
-      "Writes the result files into the folder, which is made if need be; file names in config.toml are relative to "
-      "it.\n\n"
-      "Raises InputError when a file cannot be written.");
+  m.def("write_results", &write, py::arg("folder"), py::arg("flight"), py::arg("heading"), py::arg("solution"),
+        "Writes the result files into the folder, which is made if need be; file names in config.toml are relative to "
+        "it.\n\n"
+        "Raises InputError when a file cannot be written.");
 }
 
 }  // namespace liealign::bindings
