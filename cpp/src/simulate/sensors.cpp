@@ -14,7 +14,7 @@ namespace liealign {
 namespace {
 
 // Streams of one seed. Those of the flight are in drone_flight.cpp.
-enum Stream : std::uint64_t { kGyroNoise = 1, kAccelNoise, kGyroBias, kAccelBias, kFix, kFixVelocity, kOutlier };
+enum SensorStream : std::uint64_t { kGyroNoise = 1, kAccelNoise, kGyroBias, kAccelBias, kFix, kFixVelocity, kOutlier };
 
 [[noreturn]] void refuse(const std::string& name, double value, const std::string& allowed) {
   throw Error("simulate: " + name + " is " + std::to_string(value) + "; expected " + allowed);
