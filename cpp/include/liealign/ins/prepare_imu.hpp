@@ -28,7 +28,7 @@ struct PreparedImu {
 
 // C_s_b turns the sensor's axes into body axes. A gap longer than max_gap_s [s] is bridged by the mean of its two
 // neighbours (the filter adds noise there). Throws InputError for fewer than two samples.
-PreparedImu prepare_imu(const ImuSeries& log, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s);
+PreparedImu prepare_imu(const ImuSeries& raw, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s);
 
 // C_s_b of an axis declaration: where the sensor's x, y, z point, letters of F B R L D U ("FRD" is the identity).
 // Throws ConfigError when the letters are not a right-handed set.
