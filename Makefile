@@ -65,6 +65,10 @@ test: format sanitized tidy $(INSTALLED)
 format: | $(TEST_TOOLS_READY)
 	clang-format --dry-run -Werror $(CPP_FILES)
 
+# Simulated flights in numbers take minutes under the sanitizers. Results.* runs one whole flight from file to file instead.
+# The last one builds a program without the sanitizers on the library.
+SLOW_SANITIZED := ^(Alignment|Consistency|Pipeline|Units)\.|^Smoother\.is_better|^Truth\.(Follows|MeanSamples)|^cmake_consumer
+
 # One build for two checks: no warning under clang, no fault under AddressSanitizer and UndefinedBehaviorSanitizer. -O1: at -O0
 # the tests take ten times as long, at -O2 the build does. Single threaded: without Debian's libomp clang has no OpenMP.
 $(SANITIZED)/CMakeCache.txt: Makefile | $(TEST_TOOLS_READY)
@@ -82,6 +86,7 @@ sanitized: $(SANITIZED)/CMakeCache.txt
 tidy: $(TIDY)
 
 $(TIDY): .clang-tidy $(CPP_FILES) $(SANITIZED)/CMakeCache.txt
+	cmake -S . -B $(SANITIZED) >/dev/null
 	ls -S $(SANITIZED)/CMakeFiles/liealign_core.dir/Unity/*.cxx cpp/app/*.cpp | \
 	  xargs -P $(JOBS) -n 1 clang-tidy --quiet -p $(SANITIZED)
 	@touch $@

@@ -167,7 +167,7 @@ std::vector<GnssRecord> simulate_gnss(const Truth& truth, const GnssErrors& erro
   const double last = std::floor((truth.epochs.back().t_s + 1e-6) * errors.rate_hz);
   Random position(seed, kFix), velocity(seed, kFixVelocity), outlier(seed, kOutlier);
   std::vector<GnssRecord> records;
-  for (double n = first; n <= last; n += 1.0) {
+  for (double n = first; n <= last; n += 1.0) {  // NOLINT(*FloatLoopCounter): whole numbers, exact up to 2^53
     FixNoise noise{position.normal3(), velocity.normal3(), Vector3d::Zero()};
     const bool is_outlier = outlier.uniform() < errors.outlier_probability;
     const Vector3d direction = outlier.unit3();
