@@ -46,11 +46,11 @@ CandidateScore evaluate(const AlignmentProblem& problem, const HeadingCandidate&
 std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                                 const std::vector<HeadingCandidate>& candidates) {
   std::vector<CandidateScore> scores(candidates.size());
-  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(candidates.size());
+  const auto n = static_cast<std::ptrdiff_t>(candidates.size());
   std::vector<std::exception_ptr> failures(candidates.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const std::size_t k = static_cast<std::size_t>(i);
+    const auto k = static_cast<std::size_t>(i);
     try {
       scores[k] = evaluate(problem, candidates[k]);
     } catch (const NumericalError&) {

@@ -87,7 +87,7 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
     throw InputError("the IMU and the GNSS log do not overlap: " + named("the IMU log", flight.config.imu.file) +
                      " covers " + span(begin, end) + ", " + named("the GNSS log", flight.config.gnss.file) + " " +
                      span(out.record_time_s.front(), out.record_time_s.back()) +
-                     (refused ? " (with " + std::to_string(refused) + " rows that gnss.accept_fix refuses)" : "") +
+                     (refused > 0 ? " (with " + std::to_string(refused) + " rows that gnss.accept_fix refuses)" : "") +
                      " (after gnss.latency_s); bring both to one time scale");
   }
 }

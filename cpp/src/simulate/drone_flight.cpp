@@ -13,11 +13,11 @@
 namespace liealign {
 namespace {
 
-constexpr double kPeakAcceleration = 4.0;               // m/s^2, of the commanded motion on the straight
-constexpr double kCircleAcceleration = 2.5;             // m/s^2
-constexpr double kMaxFineSteps = 2e7;                   // some GB; beyond, a slip of the pen
-constexpr std::size_t kMargin = 3;                      // samples of rest that two central differences need
-enum Stream : std::uint64_t { kGusts = 101, kWobble };  // those of the sensors are in sensors.cpp
+constexpr double kPeakAcceleration = 4.0;                   // m/s^2, of the commanded motion on the straight
+constexpr double kCircleAcceleration = 2.5;                 // m/s^2
+constexpr double kMaxFineSteps = 2e7;                       // some GB; beyond, a slip of the pen
+constexpr std::size_t kMargin = 3;                          // samples of rest that two central differences need
+enum WindStream : std::uint64_t { kGusts = 101, kWobble };  // those of the sensors are in sensors.cpp
 
 // Commanded velocity (NED of the pad) turning at course_rate, and the rate of the heading.
 struct Leg {

@@ -45,7 +45,7 @@ ExpCoefficients<Scalar> exp_coefficients(const Scalar& theta2) {
     // Horner of eight terms: the first one left out is below theta^16 n!/(16 + n)! < 1e-18 at 0.5 rad.
     Scalar sum(1.0);
     for (int k = 7; k >= 1; --k) {
-      const double next = static_cast<double>(2 * k + static_cast<int>(n));
+      const auto next = static_cast<double>(2 * k + static_cast<int>(n));
       sum = Scalar(1.0) - theta2 * sum / (next * (next - 1.0));
     }
     a[n] = sum * kInverseFactorial[n];
