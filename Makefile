@@ -70,7 +70,7 @@ format: | $(TEST_TOOLS_READY)
 SLOW_SANITIZED := ^(Alignment|Consistency|Pipeline|Units)\.|^Smoother\.is_better|^Truth\.(Follows|MeanSamples)|^cmake_consumer
 
 # One build for two checks: no warning under clang, no fault under AddressSanitizer and UndefinedBehaviorSanitizer. -O1: at -O0
-# the tests take ten times as long, at -O2 the build does. Single threaded: without Debian's libomp clang has no OpenMP.
+# it builds faster, but one whole flight takes minutes. Single threaded: without Debian's libomp clang has no OpenMP.
 $(SANITIZED)/CMakeCache.txt: Makefile | $(TEST_TOOLS_READY)
 	cmake -G Ninja -S . -B $(SANITIZED) -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug \
 	  -DCMAKE_CXX_FLAGS_DEBUG='-O1 -g1' -DLIEALIGN_TESTS=ON -DLIEALIGN_POST=ON -DLIEALIGN_WERROR=$(WERROR) \

@@ -199,7 +199,7 @@ int run(const CLI::App& cli, const Arguments& a) {
 }  // namespace
 }  // namespace liealign::app
 
-// NOLINTNEXTLINE(bugprone-exception-escape): before the try blocks only out of memory can throw
+// NOLINTNEXTLINE(bugprone-exception-escape): outside the try blocks only a mistake in the flags throws
 int main(int argc, char** argv) {
   using namespace liealign::app;
   CLI::App cli("Heading alignment and smoothed GNSS/INS trajectories. Flags are stronger than FLIGHT.toml.",

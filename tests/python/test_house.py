@@ -195,7 +195,9 @@ def tidy_faults(root: Path) -> list[str]:
     text = (root / ".clang-tidy").read_text(encoding="utf-8")
     disabled = re.findall(r"^ *-([a-z][\w.*-]+),?$", text, re.MULTILINE)
     reasons = set(re.findall(r"^# -([\w.*-]+): \S", text, re.MULTILINE))
-    return [f".clang-tidy: {check} is disabled without a reason" for check in disabled if check not in reasons]
+    return [
+        f".clang-tidy: {check} is disabled without a reason" for check in disabled if check not in reasons
+    ]
 
 
 RULES = [
