@@ -56,6 +56,7 @@ from liealign._core import (
 )
 from liealign.drivers import align_heading, process, write_results
 from liealign.flight import flight_from_arrays, make_config, read_config, read_flight
+from liealign.report import report_html, write_report
 from liealign.solution import Alignment, Innovations, Solution, Trajectory
 
 __all__ = [
@@ -99,7 +100,9 @@ __all__ = [
     "process",
     "read_config",
     "read_flight",
+    "report_html",
     "simulate_flight",
     "write_flight",
+    "write_report",
     "write_results",
 ]
