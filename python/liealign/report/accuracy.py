@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from liealign.report import thin
-from liealign.report.motion import components, in_time
+from liealign.report.motion import RPY_SIGMAS, components, in_time
 from liealign.report.review import Review, ned_rows
 from liealign.report.style import Figure, Panel, band, column, line
 from liealign.solution import Array, Trajectory
@@ -81,7 +81,7 @@ def sigma_figure(review: Review) -> Figure:
         Panel("velocity, m/s", components(review, s.std_v_n_mps, _NED, "m/s"), scale="log"),
         Panel(
             "attitude, deg",
-            components(review, review.std_rpy_deg, ("roll", "pitch", "heading"), "deg"),
+            components(review, review.std_rpy_deg, RPY_SIGMAS, "deg"),
             scale="log",
         ),
     ]

@@ -32,7 +32,7 @@ def residual_figure(review: Review, residuals: Residuals) -> Figure:
         reach = axis_reach(res, std)
         traces = [*_sigma_bands(residuals.time_s, std, origin, 3.0, 0.08)]
         traces += _sigma_bands(residuals.time_s, std, origin, 1.0, 0.14)
-        traces += _by_verdict(residuals, res, origin, reach)
+        traces += _by_verdict(residuals, i, origin, reach)
         panels.append(Panel(f"{axis}, {residuals.unit}", traces, bounds=(-reach, reach), px=170))
     return in_time(review, panels)
 
@@ -50,20 +50,22 @@ def _sigma_bands(time: Array, std: Array, origin: float, sigmas: float, opacity:
     return band(column(time[kept], origin), -half, half, opacity, GREY)
 
 
-def _by_verdict(residuals: Residuals, values: Array, origin: float, reach: float) -> list[Trace]:
+def _by_verdict(residuals: Residuals, axis: int, origin: float, reach: float) -> list[Trace]:
     """Draw the markers; those beyond the axis stand at its edge as arrows that know their value."""
     traces = []
+    values = residuals.res_n[:, axis]
     for name, mark in MARKS.items():
         rows = np.flatnonzero(residuals.verdict == name)
         if not rows.size:
             continue
+        words = f"{_AXES[axis]}, {mark.words}"
         kept = rows[thin.marked(values[rows], mark.ordinary)]
         inside = kept[np.abs(values[kept]) <= reach]
         beyond = kept[np.abs(values[kept]) > reach]
         x = column(residuals.time_s[inside], origin)
-        traces.append(dots(x, values[inside], mark.words, residuals.unit, **mark.look))
+        traces.append(dots(x, values[inside], words, residuals.unit, **mark.look))
         if beyond.size:
-            traces.append(_arrows(residuals.time_s[beyond], values[beyond], reach, origin, mark.words, mark.color))
+            traces.append(_arrows(residuals.time_s[beyond], values[beyond], reach, origin, words, mark.color))
     return traces
 
 

@@ -19,7 +19,7 @@ _FAR = 40.0  # sigmas: an open minimum further away than this would press the pa
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Conditional candidates as degrees from the heading found, and their cost above the parabola's minimum."""
+    """Conditional candidates: degrees from the heading found, and cost above the minimum."""
 
     offset_deg: Array
     cost: Array
@@ -132,7 +132,7 @@ def circle_figure(review: Review) -> Figure | None:
     figure["layout"]["xaxis"] |= {"range": [-5, 365], "tickvals": list(range(0, 361, 45))}
     figure["layout"]["shapes"] = [level(_RIVAL, WARM)]
     for mode, mass in zip(alignment.mode_heading_deg, alignment.mode_mass, strict=True):
-        if mass > 0.001:
+        if mass > 0.001 and alignment.verdict != "unobservable":
             figure["layout"]["shapes"].append(_vertical(float(mode), GREY, "dot"))
     if alignment.heading_std_deg is not None:
         figure["layout"]["shapes"].append(_vertical(alignment.heading_deg, INK))

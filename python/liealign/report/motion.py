@@ -29,7 +29,17 @@ from liealign.report.style import (
 from liealign.report.verdicts import MARKS
 from liealign.solution import Array
 
+_MAP_BINS = 2500  # straight stretches keep about one point a bin, and curves have to stay round
 _DEG_H, _MG = math.degrees(1.0) * 3600.0, 1e3 / 9.80665
+
+
+RPY_SIGMAS = ("sigma of roll", "sigma of pitch", "sigma of heading")
+_HEADING_LABEL = {
+    "aligned": "heading, deg",
+    "weak": "heading, deg",
+    "ambiguous": "heading, deg (one of several that explain the flight)",
+    "unobservable": "heading, deg (an assumption: the flight does not show it)",
+}
 
 
 def time_title(review: Review) -> str:
@@ -53,12 +63,12 @@ def at(review: Review, index: Any) -> dict[str, Any]:
 def map_figure(review: Review) -> Figure:
     """Trajectory and fixes, north up, with the heading at the start."""
     north, east = review.north_m, review.east_m
-    kept = thin.extremes(np.stack([north, east], axis=1))
+    kept = thin.extremes(np.stack([north, east], axis=1), _MAP_BINS)
     traces: list[Trace] = [*_fixes_on_map(review)]
     path = line(column(east[kept]), north[kept], "trajectory", "m north", TRACK)
     path["hovertemplate"] = "%{x:.2f} m east, %{y:.2f} m north<extra>trajectory</extra>"
     traces.append(path)
-    for i, name, symbol, place in ((0, "start", "circle", "bottom right"), (-1, "end", "square", "bottom left")):
+    for i, name, symbol, place in _ends(review):
         mark = dots(column(east[i : i + 1 or None]), north[i : i + 1 or None], name, "m north", color=INK)
         mark["mode"] = "markers+text"
         mark["marker"] |= {"symbol": symbol, "size": 11, "line": {"color": "#fff", "width": 1.5}}
@@ -69,6 +79,14 @@ def map_figure(review: Review) -> Figure:
     if review.alignment.heading_std_deg is not None:
         figure["layout"]["annotations"].append(_heading_arrow(review))
     return figure
+
+
+def _ends(review: Review) -> list[tuple[int, str, str, str]]:
+    """Index, name, symbol and place of the label of both ends: away from the arrow and from each other."""
+    psi = math.radians(review.alignment.heading_deg)
+    side = "bottom" if math.cos(psi) >= 0.0 else "top"
+    start, end = ("left", "right") if math.sin(psi) >= 0.0 else ("right", "left")
+    return [(0, "start", "circle", f"{side} {start}"), (-1, "end", "square", f"{side} {end}")]
 
 
 def _fixes_on_map(review: Review) -> list[Trace]:
@@ -95,7 +113,15 @@ def _heading_arrow(review: Review) -> dict[str, Any]:
     east, north = float(review.east_m[begin]), float(review.north_m[begin])
     head = {"x": east + extent * math.sin(psi), "y": north + extent * math.cos(psi)}
     tail = {"ax": east, "ay": north, "axref": "x", "ayref": "y", "xref": "x", "yref": "y"}
-    return {**head, **tail, "arrowhead": 2, "arrowwidth": 2.5, "arrowcolor": INK, "text": "", "showarrow": True}
+    return {
+        **head,
+        **tail,
+        "arrowhead": 2,
+        "arrowwidth": 2.5,
+        "arrowcolor": INK,
+        "text": "",
+        "showarrow": True,
+    }
 
 
 def height_figure(review: Review) -> Figure:
@@ -130,31 +156,33 @@ def attitude_figure(review: Review) -> Figure:
     """Roll, pitch and heading with their bands, and the sigmas by themselves."""
     rpy, std = review.solution.rpy_deg, review.std_rpy_deg
     panels = [
-        Panel(f"{name}, deg", _with_band(review, rpy[:, i], std[:, i], name, "deg"))
-        for i, name in enumerate(("roll", "pitch"))
+        Panel("roll, deg", _turning(review, rpy[:, 0], std[:, 0], "roll", (-180.0,))),
+        Panel("pitch, deg", _with_band(review, rpy[:, 1], std[:, 1], "pitch", "deg")),
+        Panel(
+            _HEADING_LABEL[review.alignment.verdict],
+            _turning(review, rpy[:, 2], std[:, 2], "heading", (0.0, -180.0)),
+        ),
+        Panel("one sigma, deg", components(review, std, RPY_SIGMAS, "deg"), scale="log"),
     ]
-    panels.append(Panel("heading, deg", _heading_traces(review)))
-    panels.append(
-        Panel("one sigma, deg", components(review, std, ("roll", "pitch", "heading"), "deg"), scale="log")
-    )
     return in_time(review, panels)
 
 
-def _heading_traces(review: Review) -> list[Trace]:
-    """Heading as a line that is broken where it jumps by a turn.
+def _turning(review: Review, angle: Array, std: Array, name: str, lowest: tuple[float, ...]) -> list[Trace]:
+    """Return an angle and its band as a line that is broken where it jumps by a turn.
 
-    The jump lies at north, or at south where the vehicle points about north most of the time.
+    `lowest` are the ends of the scale to choose from, for the fewest jumps: a heading jumps at north, or at
+    south where the vehicle points about north most of the time.
     """
-    whole = np.unwrap(review.solution.rpy_deg[:, 2], period=360.0)
+    whole = np.unwrap(angle, period=360.0)
     kept = thin.extremes(whole)
-    turns = {low: np.floor((whole[kept] - low) / 360.0) for low in (0.0, -180.0)}
+    turns = {low: np.floor((whole[kept] - low) / 360.0) for low in lowest}
     low = min(turns, key=lambda start: int(np.count_nonzero(np.diff(turns[start]))))
     y = whole[kept] - 360.0 * turns[low]
-    t, s = review.solution.time_s[kept], review.std_rpy_deg[kept, 2]
+    t, s = review.solution.time_s[kept], std[kept]
     jumps = np.flatnonzero(np.diff(turns[low])) + 1
     t, y, s = np.insert(t, jumps, t[jumps]), np.insert(y, jumps, np.nan), np.insert(s, jumps, np.nan)
     origin = float(review.solution.time_s[0])
-    return [broken_band(t, y - s, y + s, origin), line(column(t, origin), y, "heading", "deg")]
+    return [broken_band(t, y - s, y + s, origin), line(column(t, origin), y, name, "deg")]
 
 
 def components(review: Review, values: Array, names: tuple[str, ...], unit: str) -> list[Trace]:
@@ -196,5 +224,3 @@ def _bias_figure(review: Review, values: Array, std: Array, unit: str) -> Figure
         for i, axis in enumerate(("forward (x)", "right (y)", "down (z)"))
     ]
     return in_time(review, panels)
-
-

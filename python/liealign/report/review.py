@@ -52,7 +52,7 @@ class Residuals:
 
     @property
     def size_ratio(self) -> float:
-        """How many times larger than stated a usual residual is; the median, so that outliers do not count."""
+        """How many times larger than stated a usual residual is, by the median: outliers do not count."""
         return math.sqrt(float(np.median(self.nis)) / NIS_MEDIAN)
 
     @property
@@ -104,19 +104,21 @@ class Review:
         return self.alignment.verdict in ("aligned", "weak")
 
     @property
-    def mismatch(self) -> float | None:
-        """How many times too small the sigmas are by the alignment's own measure; None where it is near 1.
+    def mismatch(self) -> tuple[str, float] | None:
+        """Which residuals are how many times larger than modelled, by the alignment's own measure.
 
-        The limit is that of the engine's warning: what the chance of some tens of fixes makes.
+        None where they are not: the limit is that of the engine's warning, what the chance of some tens of
+        fixes makes.
         """
-        scale = max(self.facts["gate_scale_position"], self.facts["gate_scale_velocity"])
-        return math.sqrt(scale) if scale > 2.0 else None
+        scale, of = max((self.facts[f"gate_scale_{word}"], word) for word in ("position", "velocity"))
+        return (of, math.sqrt(scale)) if scale > 2.0 else None
 
     @property
     def smoothed_at_start(self) -> tuple[float, float] | None:
-        """Smoothed heading of the IMU and its sigma [deg] at the instant of the alignment, where it is known."""
-        found = None if self.moved_output else self.solution
-        found = self.smoothed or found
+        """Smoothed heading of the IMU and its sigma [deg] at the instant of the alignment, if known."""
+        found: Trajectory | None = self.smoothed
+        if found is None and not self.moved_output:
+            found = self.solution
         if found is None or not self.states_heading:
             return None
         k = int(np.argmin(np.abs(found.time_s - self.alignment.start_time_s)))

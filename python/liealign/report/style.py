@@ -139,13 +139,17 @@ def _layout(height: int) -> Figure:
     return {
         "height": height,
         "margin": {"l": 56, "r": 14, "t": _TOP_PX, "b": _BOTTOM_PX},
-        "font": {"family": "system-ui, 'Segoe UI', Roboto, Arial, sans-serif", "size": 12, "color": "#44525f"},
+        "font": {
+            "family": "system-ui, 'Segoe UI', Roboto, Arial, sans-serif",
+            "size": 12,
+            "color": "#44525f",
+        },
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "#ffffff",
         "showlegend": False,
         "hovermode": "x unified",
         "hoversubplots": "axis",
-        "hoverlabel": {"font": {"size": 12}},
+        "hoverlabel": {"font": {"size": 12}, "bgcolor": "rgba(255,255,255,0.96)", "bordercolor": "#b4c0ca"},
         "modebar": {"bgcolor": "rgba(255,255,255,0)", "color": "#9aa7b2", "activecolor": ACCENT},
         "shapes": [],
         "annotations": [],
@@ -154,7 +158,14 @@ def _layout(height: int) -> Figure:
 
 def _axis(**more: Any) -> Figure:
     look = {"gridcolor": GRID, "zerolinecolor": "#c4ced6", "linecolor": "#b4c0ca", "showline": True}
-    return {**look, "ticks": "outside", "ticklen": 4, "tickcolor": "#b4c0ca", **more}
+    return {
+        **look,
+        "exponentformat": "none",
+        "ticks": "outside",
+        "ticklen": 4,
+        "tickcolor": "#b4c0ca",
+        **more,
+    }
 
 
 def _log_ticks(panel: Panel) -> str | int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from liealign.report.review import NIS_90, Residuals, Review
 from liealign.report.verdicts import MARKS
-from liealign.report.words import Finding, duration, latency_text, percent, scale_text, significant
+from liealign.report.words import Finding, counted, duration, latency_text, percent, scale_text, significant
 from liealign.solution import Array
 
 _SIGNS = {"good": ("✓", "fine"), "look": ("!", "look at this"), "bad": ("✕", "wrong")}
@@ -40,16 +40,20 @@ def tiles(review: Review) -> str:
     heading = s["median_std_heading_deg"] if review.states_heading else None
     p_rms = s["p_rms_m"]
     entries = [
-        ("Duration", duration(s["duration_s"]), f"{s['epochs']} epochs"),
-        ("IMU rate", f"{s['imu_rate_hz']:g} Hz", f"{s['imu_gaps']} gaps"),
+        ("Duration", duration(s["duration_s"]), counted(s["epochs"], "epoch", "epochs")),
+        ("IMU rate", f"{s['imu_rate_hz']:g} Hz", counted(s["imu_gaps"], "gap", "gaps")),
         ("Fixes in the filter", f"{taken} of {s['fixes']}", ", ".join(rest)),
         ("P_RMS", _with_unit(p_rms, "m"), "rms of the position innovations"),
-        ("NIS, 90 % point", "–" if s["nis_90"] is None else significant(s["nis_90"]), f"{NIS_90:.2f} expected"),
+        (
+            "NIS, 90 % point",
+            "–" if s["nis_90"] is None else significant(s["nis_90"]),
+            f"{NIS_90:.2f} expected",
+        ),
         ("Horizontal sigma", _with_unit(s["median_std_horizontal_m"], "m"), "median, stated"),
         ("Vertical sigma", _with_unit(s["median_std_down_m"], "m"), "median, stated"),
         (
             "Roll, pitch sigma",
-            f"{significant(s['median_std_roll_deg'])}°, {significant(s['median_std_pitch_deg'])}°",
+            f"{significant(s['median_std_roll_deg'])}, {significant(s['median_std_pitch_deg'])}°",
             "median, stated",
         ),
         ("Heading sigma", "none" if heading is None else f"{significant(heading)}°", "median, stated"),
@@ -80,28 +84,28 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "numbe
         f'<tr><th scope="row">{escape(row[0])}</th>{"".join(f"<td>{escape(c)}</td>" for c in row[1:])}</tr>'
         for row in rows
     )
-    return f'<div class="scroll"><table class="{kind}"><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table></div>'
+    inner = f"<thead><tr>{cells}</tr></thead><tbody>{body}</tbody>"
+    return f'<div class="scroll"><table class="{kind}">{inner}</table></div>'
 
 
 def accuracy_table(review: Review) -> str:
     """Return median, 95 % point and largest of each stated sigma over the epochs of the trajectory."""
     s = review.solution
     p, v, a = s.std_p_n_m, s.std_v_n_mps, review.std_rpy_deg
-    rows: list[tuple[str, str, Array]] = [
-        ("horizontal position", "m", np.hypot(p[:, 0], p[:, 1])),
-        *((f"{name} position", "m", p[:, i]) for i, name in enumerate(("north", "east", "vertical"))),
-        *((f"{name} velocity", "m/s", v[:, i]) for i, name in enumerate(("north", "east", "vertical"))),
-        *((name, "deg", a[:, i]) for i, name in enumerate(("roll", "pitch", "heading"))),
+    rows: list[tuple[str, Array]] = [
+        ("horizontal position, m", np.hypot(p[:, 0], p[:, 1])),
+        *((f"{name} position, m", p[:, i]) for i, name in enumerate(("north", "east", "vertical"))),
+        *((f"{name} velocity, m/s", v[:, i]) for i, name in enumerate(("north", "east", "vertical"))),
+        *((f"{name}, deg", a[:, i]) for i, name in enumerate(("roll", "pitch", "heading"))),
     ]
     return table(
-        ("One sigma", "unit", "median", "95 % below", "largest"),
-        ((name, unit, *_spread(values)) for name, unit, values in rows),
+        ("One sigma", "median", "95 % below", "largest"), ((name, *_spread(values)) for name, values in rows)
     )
 
 
 def _spread(values: Array) -> list[str]:
     if not np.isfinite(values).any():
-        return ["not stated"] * 3
+        return ["–", "–", "not stated"]
     return [significant(float(np.nanquantile(values, q)), 3) for q in (0.5, 0.95, 1.0)]
 
 
@@ -135,8 +139,10 @@ def verdict_key(verdicts: Iterable[str], extra: Sequence[tuple[str, str, str]] =
 
 
 def key(entries: Iterable[tuple[str, str, str]]) -> str:
-    """Return a key of symbol, colour and words; the symbols line, dash, dot and area are drawn by the style sheet."""
-    items = "".join(f"<span>{_symbol(symbol, color)}{escape(words)}</span>" for symbol, color, words in entries)
+    """Return a key of symbol, colour and words; line, dash, dot and area are drawn by the style sheet."""
+    items = "".join(
+        f"<span>{_symbol(symbol, color)}{escape(words)}</span>" for symbol, color, words in entries
+    )
     return f'<p class="key">{items}</p>'
 
 

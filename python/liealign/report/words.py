@@ -1,4 +1,4 @@
-"""What the report says in words: the verdict first, then what an analyst has to know before using the numbers."""
+"""What the report says in words: the verdict, then what an analyst has to know before using the numbers."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ State = Literal["good", "look", "bad"]
 _GPS_EPOCH = datetime(1980, 1, 6, tzinfo=UTC)
 # A usual residual may be so many times larger or smaller than stated before the noise model is called wrong.
 _FITS = 1.3
+_FEW = 20  # fixes from which on shares mean something
 _WHITE = 0.3  # correlation of neighbouring residuals from which on they are no noise
 _LEAN = 0.5  # mean of the residuals in their rms from which on they lean to one side
 _LONG_OUTAGE = 5.0  # seconds without a fix that deserve a look, when they are also many intervals
@@ -51,9 +52,16 @@ def significant(value: float, digits: int = 2) -> str:
 
 def percent(share: float) -> str:
     """Write a share in percent; all of it and none of it only where that is so."""
+    if share in (0.0, 1.0):
+        return f"{100.0 * share:.0f} %"
     if 0.0 < share < 0.001 or 0.999 < share < 1.0:
         return f"{100.0 * share:.2f} %"
     return f"{100.0 * share:.1f} %" if share < 0.1 or share > 0.9 else f"{100.0 * share:.0f} %"
+
+
+def counted(count: int, one: str, many: str) -> str:
+    """Write a count with its noun."""
+    return f"{count} {one if count == 1 else many}"
 
 
 def degrees(value: float, like: float) -> str:
@@ -79,16 +87,18 @@ def heading_lines(review: Review) -> tuple[str, str]:
 
 def caution(review: Review) -> str | None:
     """Return what a reader must know before he believes the sigma in the head of the page."""
-    mismatch, sigma = review.mismatch, review.alignment.heading_std_deg
-    if mismatch is None:
+    sigma = review.alignment.heading_std_deg
+    if review.mismatch is None:
         return None
+    of, mismatch = review.mismatch
     text = (
-        "All standard deviations on this page are the filter's own statement; the residuals are "
-        f"{significant(mismatch)} times as large as it thinks."
+        "All standard deviations on this page are the filter's own statement, and it expects residuals of "
+        f"the {of} {significant(mismatch)} times smaller than they are."
     )
     if sigma is None:
         return text
-    text += f" With that factor the heading is good to about {significant(sigma * mismatch)}°, not {significant(sigma)}°."
+    good_to = f"{significant(sigma * mismatch)}°, not {significant(sigma)}°"
+    text += f" With that factor the heading is good to about {good_to}."
     free = open_minimum(review.alignment)
     if free is not None and abs(free) > 3.0 * sigma:
         text += f" With no fix taken for an outlier it would be {_by(free)}."
@@ -115,7 +125,7 @@ def duration(seconds: float) -> str:
     return " ".join([*parts, f"{whole % 60} s"])
 
 
-# ---- findings --------------------------------------------------------------------------------------------------
+# ---- findings ----------------------------------------------------------------------------------------------
 
 
 def findings(review: Review) -> list[Finding]:
@@ -126,7 +136,9 @@ def findings(review: Review) -> list[Finding]:
             Finding("bad", "Fixes", "No fix was an update of the filter: the trajectory is the IMU's alone.")
         )
     found += [*_stability(review), *_start(review)]
-    found += [item for residuals in (review.position, review.velocity) if residuals for item in _lean(residuals)]
+    found += [
+        item for residuals in (review.position, review.velocity) if residuals for item in _lean(residuals)
+    ]
     found += _drift(review)
     suspicious = any(finding.state != "good" for finding in found)
     if review.position:
@@ -138,26 +150,34 @@ def findings(review: Review) -> list[Finding]:
 
 def noise_finding(residuals: Residuals) -> Finding:
     """Say whether the noise model fits: the share inside two sigma, and how far a usual residual is off."""
+    topic = f"Size of the {residuals.of} residuals"
+    if residuals.nis.size < _FEW:
+        few = counted(residuals.nis.size, "fix", "fixes")
+        return Finding("look", topic, f"Too few to judge: {few}.")
     inside = residuals.within(2.0)
     share = f"{percent(inside)} of the residuals are inside 2 sigma, 95.4 % expected"
     usual, tail = residuals.size_ratio, residuals.tail_ratio
-    topic = f"Noise model, {residuals.of}"
     if max(usual, tail) > _FITS:
         worst = max(usual, tail)
         state: State = "bad" if worst > 2.0 * _FITS else "look"
         rough = (
-            f"The typical residual is {significant(usual)} times as large as the noise model says, at the 90 % point "
-            f"{significant(tail)} times. The stated accuracies are too optimistic: raise the IMU noise scale, or "
-            "check the GNSS latency and the lever arm."
+            f"The typical residual is {significant(usual)} times as large as the noise model says, at the "
+            f"90 % point {significant(tail)} times. The stated accuracies are too optimistic: raise the "
+            "IMU noise scale, or check the GNSS latency and the lever arm."
         )
-        return Finding(state, topic, f"It does not fit: {share}. {rough}")
+        return Finding(state, topic, f"Larger than modelled: {share}. {rough}")
     if max(usual, tail) < 1.0 / _FITS:
         text = (
-            f"It is too careful: {share}. The typical residual is only {significant(usual)} times as large as the "
-            "noise model says; the sigmas of the fixes or the IMU noise are larger than this flight needs."
+            f"Smaller than modelled: {share}. The typical residual is only {significant(usual)} times as "
+            "large as the noise model says; the sigmas of the fixes or the IMU noise are larger than this "
+            "flight needs."
         )
         return Finding("look", topic, text)
-    return Finding("good", topic, f"It fits: {share}; the typical residual has {significant(usual)} times its stated size.")
+    return Finding(
+        "good",
+        topic,
+        f"As modelled: {share}; the typical residual has {significant(usual)} times its stated size.",
+    )
 
 
 def _stability(review: Review) -> list[Finding]:
@@ -186,9 +206,9 @@ def _start(review: Review) -> list[Finding]:
     if abs(offset) <= 3.0 * math.hypot(sigma, std):
         return []
     text = (
-        f"The smoothed trajectory, which uses the whole flight, has {degrees(smoothed, std)} at the same instant: "
-        f"{_by(offset)} than the alignment, {significant(abs(offset) / math.hypot(sigma, std))} sigma of both. One of "
-        "the two sigmas, or both, are too small."
+        f"The smoothed trajectory, which uses the whole flight, has {degrees(smoothed, std)} at the same "
+        f"instant: {_by(offset)} than the alignment, {significant(abs(offset) / math.hypot(sigma, std))} "
+        "sigma of both. One of the two sigmas, or both, are too small."
     )
     return [Finding("look", "Heading at the start", text)]
 
@@ -207,9 +227,7 @@ def _lean(residuals: Residuals) -> list[Finding]:
     ]
     if not sides:
         return []
-    text = (
-        f"They lean to one side ({', '.join(sides)}), which noise does not: check the lever arm and the GNSS latency."
-    )
+    text = f"They lean to one side ({', '.join(sides)}): check the lever arm and the GNSS latency."
     return [Finding("look", f"Residuals, {residuals.of}", text)]
 
 
@@ -223,10 +241,11 @@ def _drift(review: Review) -> list[Finding]:
     if not waves:
         return []
     text = (
-        f"They come in waves: neighbouring residuals correlate ({' and '.join(waves)}; 0 expected). What is left is "
-        "not noise but a drifting error: GNSS latency, lever arm, the scale of a sensor, or the fixes themselves."
+        f"They come in waves: neighbouring residuals correlate ({' and '.join(waves)}; 0 expected). What "
+        "is left is not noise but a drifting error: GNSS latency, lever arm, the scale of a sensor, or the "
+        "fixes themselves."
     )
-    return [Finding("look", "Residuals", text)]
+    return [Finding("look", "Pattern of the residuals", text)]
 
 
 def _outliers(review: Review, position: Residuals) -> Finding:
@@ -234,8 +253,11 @@ def _outliers(review: Review, position: Residuals) -> Finding:
     counts = {word: s[f"fixes_{word}"] for word in ("weighted", "rejected", "reacquired")}
     odd = sum(counts.values())
     if not odd:
-        return Finding("good", "Outliers", f"None of {n} fixes was weighted down or rejected.")
+        return Finding(
+            "good", "Outliers", f"None of {counted(n, 'fix', 'fixes')} was weighted down or rejected."
+        )
     listed = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+    listed = listed.replace("weighted", "weighted down")
     share = odd / n
     state: State = "look" if share > _ODD_SHARE or counts["reacquired"] else "good"
     text = f"{listed} of {n} fixes ({percent(share)})."
@@ -250,11 +272,14 @@ def _coverage(review: Review, position: Residuals) -> Finding:
     times = np.concatenate([[review.alignment.start_time_s], taken[taken > review.alignment.start_time_s]])
     steps = np.diff(times)
     gaps, gap_s = review.summary["imu_gaps"], review.summary["imu_gaps_s"]
-    imu = f"{gaps} gaps in the IMU log, {significant(gap_s)} s in all" if gaps else "no gap in the IMU log"
-    if gaps == 1:
-        imu = f"one gap in the IMU log, {significant(gap_s)} s"
-    if not steps.size:
-        return Finding("look", "Coverage", f"No accepted fix after the rest; {imu}.")
+    imu = (
+        f"{counted(gaps, 'gap', 'gaps')} in the IMU log, {significant(gap_s)} s in all"
+        if gaps
+        else "no IMU gap"
+    )
+    if steps.size < 2:
+        few = counted(steps.size, "accepted fix", "accepted fixes")
+        return Finding("look", "Coverage", f"{few} after the rest; {imu}.")
     longest = int(np.argmax(steps))
     outage = float(steps[longest])
     usual = float(np.median(steps))
@@ -275,8 +300,8 @@ def _given(review: Review, suspicious: bool) -> Finding:
     if "gnss_latency" in estimated:
         return Finding("good", "GNSS latency", f"{latency_text(review)}.")
     text = (
-        f"{s['gnss_latency_s']:g} s, taken as given and not estimated from the flight. A wrong latency is a wrong "
-        "heading, and shows as waves in the residuals wherever the speed changes."
+        f"{s['gnss_latency_s']:g} s, taken as given and not estimated from the flight. A wrong latency is "
+        "a wrong heading, and shows as waves in the residuals wherever the speed changes."
     )
     return Finding("look" if suspicious else "good", "GNSS latency", text)
 
