@@ -13,7 +13,7 @@ from liealign.solution import Array
 Index = NDArray[np.intp]
 
 BINS = 1000  # a figure is about as many pixels wide
-MOST_MARKED = 20_000  # markers that are never thinned; a log with more of them would not open any more
+MOST_MARKED = 8000  # markers that are never thinned; with many more the page would not open any more
 
 
 def extremes(values: Array, bins: int = BINS) -> Index:
