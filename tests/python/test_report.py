@@ -457,7 +457,8 @@ const probe = setInterval(() => {
   const drawn = [...document.querySelectorAll(".figure")].filter((d) => d.querySelector(".main-svg .trace"));
   const wide = root.scrollWidth - window.innerWidth;
   const fault = root.dataset.fault || "";
-  document.title = "probe " + JSON.stringify({ drawn: drawn.map((d) => d.id), wide, fault });
+  const buttons = [...new Set([...document.querySelectorAll(".modebar-btn")].map((b) => b.dataset.title))];
+  document.title = "probe " + JSON.stringify({ drawn: drawn.map((d) => d.id), wide, fault, buttons });
 }, 50);
 </script>"""
 
@@ -505,4 +506,8 @@ def test_chromium_draws_every_figure_without_a_complaint(
     found = json.loads(title.group(1))
     assert found["fault"] == ""
     assert found["wide"] <= 0, "the page scrolls sideways"
+    sends = [
+        title for title in found["buttons"] if re.search("cloud|share|studio|upload", title, re.IGNORECASE)
+    ]
+    assert not sends, "no button may send the data away"
     assert sorted(found["drawn"]) == sorted(figures_of(page))

@@ -34,7 +34,10 @@
     responsive: true,
     displaylogo: false,
     displayModeBar: touch ? false : "hover",
-    modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d", "zoomIn2d", "zoomOut2d"],
+    // Named one by one: some versions of plotly.js add a button of their own that sends the data to a server.
+    modeBarButtons: [["toImage"], ["zoom2d", "pan2d"], ["resetScale2d"]],
+    showSendToCloud: false,
+    plotlyServerURL: "",
     toImageButtonOptions: { format: "png", scale: 2 },
   };
 
