@@ -268,6 +268,7 @@ def test_hostile_names_and_warnings_stay_text(case: SimulatedCase, review: Revie
     html, usual = Html(render(changed, NO_PLOTLY)), Html(render(review, NO_PLOTLY))
     assert [tag for tag, _ in html.tags if tag in ("script", "img")] == ["script"] * 3
     assert len(html.raw["script"]) == len(usual.raw["script"])
+    assert "<" not in html.raw["script"][0], "nothing in the figures can end their element"
     assert f"Warning: {hostile}." in html.text
     assert "".join(html.words).count(hostile) == 3  # the warning and both inputs
 
