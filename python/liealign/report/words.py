@@ -97,8 +97,8 @@ def caution(review: Review) -> str | None:
     )
     if sigma is None:
         return text
-    good_to = f"{significant(sigma * mismatch)}°, not {significant(sigma)}°"
-    text += f" With that factor the heading is good to about {good_to}."
+    factored = f"{significant(sigma * mismatch)}°, not {significant(sigma)}°"
+    text += f" With that factor the sigma of the heading is about {factored}."
     free = open_minimum(review.alignment)
     if free is not None and abs(free) > 3.0 * sigma:
         text += f" With no fix taken for an outlier it would be {_by(free)}."

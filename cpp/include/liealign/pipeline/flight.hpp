@@ -33,7 +33,7 @@ struct PreparedFlight {
   std::vector<RecordUse> record_use;    // per GNSS record
   std::vector<double> record_time_s;    // per GNSS record: true time
   std::vector<Vector3d> record_p_ea_e;  // per GNSS record: the antenna as measured, m
-  double t_begin_s = 0.0;             // the run begins: start of the initial rest
+  double t_begin_s = 0.0;               // the run begins: start of the initial rest
   double imu_rate_hz = 0.0;
   double latency_s = 0.0;
   double imu_noise_scale = 1.0;
