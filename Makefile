@@ -32,7 +32,7 @@ CPP_FILES := $(sort $(shell find cpp bindings tests/cpp -name '*.[ch]pp' 2>/dev/
 # Everything the wheel is made of. The directories are there for the sake of files that were removed.
 WHEEL_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/*.cmake) \
   $(shell find cpp bindings python -name __pycache__ -prune -o \
-    \( -type d -o -name '*.cpp' -o -name '*.hpp' -o -name '*.py' -o -name '*.pyi' -o -name py.typed \) -print 2>/dev/null)
+    \( -type d -o -name '*.cpp' -o -name '*.hpp' -o -name '*.py' -o -name '*.pyi' -o -name py.typed -o -path '*/report/page.*' \) -print 2>/dev/null)
 
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1

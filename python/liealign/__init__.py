@@ -57,6 +57,7 @@ from liealign._core import (
 from liealign.comparison import ChannelError, Comparison, compare
 from liealign.drivers import align_heading, process, write_results
 from liealign.flight import flight_from_arrays, make_config, read_config, read_flight
+from liealign.report import report_html, write_report
 from liealign.solution import Alignment, Innovations, Solution, Trajectory
 from liealign.track import Track, read_trajectory
 
@@ -106,7 +107,9 @@ __all__ = [
     "read_config",
     "read_flight",
     "read_trajectory",
+    "report_html",
     "simulate_flight",
     "write_flight",
+    "write_report",
     "write_results",
 ]

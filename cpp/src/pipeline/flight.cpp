@@ -66,6 +66,7 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
   for (std::size_t i = 0; i < flight.gnss.size(); ++i) {
     const GnssFix fix = fix_from_record(flight.gnss[i], i, flight.config, out.latency_s, out.gnss_std_scale);
     out.record_time_s.push_back(fix.t_s);
+    out.record_p_ea_e.push_back(fix.p_ea_e);
     out.record_use.push_back(RecordUse::update);
     if (!accepted(flight.gnss[i], flight.config)) {
       out.record_use.back() = RecordUse::quality_not_accepted;

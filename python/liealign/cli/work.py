@@ -13,6 +13,7 @@ from liealign import _core
 from liealign._core import Cancelled, Config, Error, InputError, NumericalError
 from liealign.drivers import align_heading, write_results
 from liealign.progress import ProgressBar
+from liealign.report import write_report
 from liealign.solution import Alignment
 
 EXIT_BAD_INPUT, EXIT_NUMERICAL, EXIT_NOT_ALIGNED, EXIT_INTERRUPTED = 1, 3, 4, 130
@@ -71,6 +72,7 @@ def run_to_folder(
     prepared, alignment = align_flight(config, quiet)
     demand_aligned(alignment, require_aligned)
     with ProgressBar("filtering and smoothing", quiet=quiet) as progress:
-        solution = _core.process(prepared, alignment.engine, progress)
+        solution = _core.process(prepared, alignment.engine, progress, keep_events=True)
     write_results(folder, prepared, alignment, solution)
+    write_report(folder, prepared, alignment, solution)
     return prepared, alignment, solution

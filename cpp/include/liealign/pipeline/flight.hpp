@@ -31,9 +31,10 @@ struct PreparedFlight {
   FilterOptions filter;           // of the final run
   std::vector<RestPeriod> rests;  // all that were found; the first and the last give updates
   std::vector<ImuGap> gaps;
-  std::vector<RecordUse> record_use;  // per GNSS record
-  std::vector<double> record_time_s;  // per GNSS record: true time
-  double t_begin_s = 0.0;             // the run begins: start of the initial rest
+  std::vector<RecordUse> record_use;    // per GNSS record
+  std::vector<double> record_time_s;    // per GNSS record: true time
+  std::vector<Vector3d> record_p_ea_e;  // per GNSS record: the antenna as measured, m
+  double t_begin_s = 0.0;               // the run begins: start of the initial rest
   double imu_rate_hz = 0.0;
   double latency_s = 0.0;
   double imu_noise_scale = 1.0;
