@@ -13,23 +13,31 @@ JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 APT_PACKAGES := build-essential cmake ninja-build libeigen3-dev libgtest-dev libtomlplusplus-dev libcli11-dev \
   python3-venv python3-dev ccache
 
+# What the C++ checks of `make test` want besides. .clang-format and .clang-tidy are written for version 14, Debian 12's.
+TEST_APT_PACKAGES := clang clang-format clang-tidy
+
 BUILD := build
 RELEASE := $(BUILD)/release
+SANITIZED := $(BUILD)/sanitized
+TIDY := $(BUILD)/.tidy
 VENV := $(BUILD)/venv
 BIN := $(VENV)/bin
 TOOLS_READY := $(BUILD)/.tools-ready
+TEST_TOOLS_READY := $(BUILD)/.test-tools-ready
 VENV_READY := $(BUILD)/.venv-ready
 INSTALLED := $(BUILD)/.installed
+
+CPP_FILES := $(sort $(shell find cpp bindings tests/cpp -name '*.[ch]pp' 2>/dev/null))
 
 # Everything the wheel is made of. The directories are there for the sake of files that were removed.
 WHEEL_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/*.cmake) \
   $(shell find cpp bindings python -name __pycache__ -prune -o \
-    \( -type d -o -name '*.cpp' -o -name '*.hpp' -o -name '*.py' -o -name '*.pyi' -o -name py.typed \) -print 2>/dev/null)
+    \( -type d -o -name '*.cpp' -o -name '*.hpp' -o -name '*.py' -o -name '*.pyi' -o -name py.typed -o -path '*/report/page.*' \) -print 2>/dev/null)
 
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo test wheel post bench reproduce clean
+.PHONY: help demo test format sanitized tidy wheel post bench reproduce clean
 
 help:
 	@echo "make demo       simulate a flight, align it and show the result"
@@ -44,7 +52,7 @@ demo: $(INSTALLED)
 	$(BIN)/liealign demo
 
 # pytest comes last, so that the output ends with its summary.
-test: $(INSTALLED)
+test: format sanitized tidy $(INSTALLED)
 	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_TESTS=ON -DLIEALIGN_POST=ON \
 	  -DLIEALIGN_WERROR=$(WERROR)
 	cmake --build $(RELEASE) --parallel $(JOBS)
@@ -53,6 +61,35 @@ test: $(INSTALLED)
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/pytest
+
+format: | $(TEST_TOOLS_READY)
+	clang-format --dry-run -Werror $(CPP_FILES)
+
+# Simulated flights in numbers take minutes under the sanitizers. Results.* runs one whole flight from file to file instead.
+# The last one builds a program without the sanitizers on the library.
+SLOW_SANITIZED := ^(Alignment|Consistency|Output|Pipeline|Sbet|Units)\.|^Smoother\.is_better|^Truth\.(Follows|MeanSamples)|^cmake_consumer
+
+# One build for two checks: no warning under clang, no fault under AddressSanitizer and UndefinedBehaviorSanitizer. -O1: at -O0
+# it builds faster, but one whole flight takes minutes. Single threaded: without Debian's libomp clang has no OpenMP.
+$(SANITIZED)/CMakeCache.txt: Makefile | $(TEST_TOOLS_READY)
+	cmake -G Ninja -S . -B $(SANITIZED) -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug \
+	  -DCMAKE_CXX_FLAGS_DEBUG='-O1 -g1' -DLIEALIGN_TESTS=ON -DLIEALIGN_POST=ON -DLIEALIGN_WERROR=$(WERROR) \
+	  -DCMAKE_DISABLE_FIND_PACKAGE_OpenMP=ON -DLIEALIGN_SANITIZE=address,undefined -DLIEALIGN_UNITY=ON
+	@touch $@
+
+sanitized: $(SANITIZED)/CMakeCache.txt
+	cmake --build $(SANITIZED) --parallel $(JOBS)
+	ctest --test-dir $(SANITIZED) --output-on-failure --parallel $(JOBS) --exclude-regex '$(SLOW_SANITIZED)'
+
+# clang-tidy on library and executable. It walks Eigen and the standard library anew for every source, so it reads the unity
+# files of the sanitized build, the largest first. Their headers come along; the tests, mostly macros of GoogleTest, do not.
+tidy: $(TIDY)
+
+$(TIDY): .clang-tidy $(CPP_FILES) $(SANITIZED)/CMakeCache.txt
+	cmake -S . -B $(SANITIZED) >/dev/null
+	ls -S $(SANITIZED)/CMakeFiles/liealign_core.dir/Unity/*.cxx cpp/app/*.cpp | \
+	  xargs -P $(JOBS) -n 1 clang-tidy --quiet -p $(SANITIZED)
+	@touch $@
 
 # `pip install .` as a user without any of the above has it: an isolated build with Eigen from PyPI, in a virtualenv of its
 # own. Without system paths CMake sees no system Eigen.
@@ -105,6 +142,28 @@ $(TOOLS_READY): Makefile
 	  echo "liealign needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version 2>&1); run make PYTHON=..." >&2; \
 	  exit 1; }
 	@mkdir -p $(BUILD)
+	@touch $@
+
+# clang with its sanitizers' library (which has the version in its package name), clang-format and clang-tidy: for `make test`
+# and `make tidy` alone.
+$(TEST_TOOLS_READY): Makefile | $(TOOLS_READY)
+	@have() { command -v "$$1" >/dev/null 2>&1; }; \
+	sanitizes() { echo 'int main() {}' | clang++ -fsanitize=address,undefined -x c++ - -o $(BUILD)/.sanitizes 2>/dev/null; }; \
+	missing() { \
+	  for tool in clang++ clang-format clang-tidy; do have $$tool || echo $$tool; done; \
+	  sanitizes || echo "the sanitizers of clang++"; }; \
+	install() { \
+	  as_root=; if [ "$$(id -u)" -ne 0 ] && have sudo; then as_root=sudo; fi; \
+	  $$as_root apt-get update -q && \
+	  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$$@"; }; \
+	if [ -n "$$(missing)" ] && have apt-get; then \
+	  echo "missing: $$(missing | paste -sd, -); installing $(TEST_APT_PACKAGES)"; \
+	  install $(TEST_APT_PACKAGES) || true; \
+	  if have clang++ && ! sanitizes; then install libclang-rt-$$(clang++ -dumpversion | cut -d. -f1)-dev || true; fi; \
+	fi; \
+	lacks=$$(missing | paste -sd, -); \
+	if [ -n "$$lacks" ]; then \
+	  echo "make test needs $$lacks; install clang, clang-format and clang-tidy, version 14 or newer" >&2; exit 1; fi
 	@touch $@
 
 # The virtualenv holds the build requirements as well: with them at a fixed place, pip builds only what has changed.

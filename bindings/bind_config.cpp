@@ -6,6 +6,7 @@
 #include "liealign/core/error.hpp"
 #include "liealign/pipeline/config.hpp"
 #include "liealign/pipeline/config_files.hpp"
+#include "liealign/pipeline/field_table.hpp"
 
 namespace liealign::bindings {
 namespace {
@@ -94,6 +95,13 @@ void bind_config(py::module_& m) {
   m.def("dump_config", &dump_config, py::arg("config"), "FLIGHT.toml text with every key, its unit and its meaning.");
   m.def("config_entries", &values, py::arg("config"),
         "The values by their dotted keys; optional keys that are unset are left out.");
+  m.def(
+      "did_you_mean",
+      [](const std::string& word, const std::vector<std::string>& names) {
+        return did_you_mean(nearest_names(word, names));
+      },
+      py::arg("word"), py::arg("names"),
+      "`; did you mean \"a\"?` with the nearest of the names; empty when none is near.");
   m.def("files_from", &files_from, py::arg("toml"), py::arg("config"),
         "`config` as read from the file `toml`, with its file names put behind the folder of that file.");
 }

@@ -152,6 +152,15 @@ void bind_flight(py::module_& m) {
           "rests", [](const PreparedFlight& f) { return spans(f.rests); }, "Begin and end (n, 2) [s].")
       .def_property_readonly(
           "gaps", [](const PreparedFlight& f) { return spans(f.gaps); }, "Of the IMU log, (n, 2) [s].")
+      .def_property_readonly(
+          "fix_p_ea_e_m",
+          [](const PreparedFlight& f) {
+            py::array_t<double> array({static_cast<py::ssize_t>(f.record_p_ea_e.size()), py::ssize_t{3}});
+            double* to = array.mutable_data();
+            for (std::size_t i = 0; i < f.record_p_ea_e.size(); ++i) put3(to + 3 * i, f.record_p_ea_e[i]);
+            return array;
+          },
+          "The antenna as each row of the GNSS log has it, ECEF (n, 3) [m].")
       .def_readonly("t_begin_s", &PreparedFlight::t_begin_s, "The run begins: start of the first rest.")
       .def_property_readonly(
           "t_start_s", [](const PreparedFlight& f) { return f.problem.t_start_s; },

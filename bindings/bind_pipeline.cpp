@@ -7,6 +7,7 @@
 #include "liealign/core/units.hpp"
 #include "liealign/pipeline/process.hpp"
 #include "liealign/pipeline/results.hpp"
+#include "liealign/pipeline/run_text.hpp"
 
 namespace liealign::bindings {
 namespace {
@@ -91,6 +92,12 @@ void write(const std::string& folder, const PreparedFlight& flight, const Headin
   write_results(folder, flight, heading, solution);
 }
 
+std::vector<std::pair<std::string, std::string>> labelled(const std::vector<TextLine>& lines) {
+  std::vector<std::pair<std::string, std::string>> pairs;
+  for (const TextLine& line : lines) pairs.emplace_back(line.label, line.text);
+  return pairs;
+}
+
 }  // namespace
 
 void bind_pipeline(py::module_& m) {
@@ -118,6 +125,18 @@ void bind_pipeline(py::module_& m) {
   m.def("alignment_json", &alignment_json, py::arg("flight"), py::arg("heading"), "The text of alignment.json.");
   m.def("summary_json", &summary_json, py::arg("flight"), py::arg("heading"), py::arg("solution"),
         "The text of summary.json.");
+  m.def(
+      "alignment_text",
+      [](const PreparedFlight& flight, const HeadingResult& heading) {
+        return labelled(alignment_text(flight, heading));
+      },
+      py::arg("flight"), py::arg("heading"), "What a front end prints of an alignment: (label, text) of each line.");
+  m.def(
+      "run_text",
+      [](const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution,
+         const std::string& folder) { return labelled(run_text(flight, heading, solution, folder)); },
+      py::arg("flight"), py::arg("heading"), py::arg("solution"), py::arg("folder"),
+      "What a front end prints of a run with its results in `folder`: (label, text) of each line.");
   m.def("write_results", &write, py::arg("folder"), py::arg("flight"), py::arg("heading"), py::arg("solution"),
         "Writes the result files into the folder, which is made if need be; file names in config.toml are relative to "
         "it.\n\n"

@@ -128,6 +128,7 @@ Config config_from(const CLI::App& cli, const Arguments& a) {
   return config;
 }
 
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables): a signal handler has no other way to speak
 volatile std::sig_atomic_t interrupted = 0;  // by Ctrl-C; the second one ends the program at once
 
 void stop_if_interrupted() {
@@ -198,6 +199,7 @@ int run(const CLI::App& cli, const Arguments& a) {
 }  // namespace
 }  // namespace liealign::app
 
+// NOLINTNEXTLINE(bugprone-exception-escape): outside the try blocks only a mistake in the flags throws
 int main(int argc, char** argv) {
   using namespace liealign::app;
   CLI::App cli("Heading alignment and smoothed GNSS/INS trajectories. Flags are stronger than FLIGHT.toml.",

@@ -54,14 +54,19 @@ from liealign._core import (
     simulate_flight,
     write_flight,
 )
+from liealign.comparison import ChannelError, Comparison, compare
 from liealign.drivers import align_heading, process, write_results
 from liealign.flight import flight_from_arrays, make_config, read_config, read_flight
+from liealign.report import report_html, write_report
 from liealign.solution import Alignment, Innovations, Solution, Trajectory
+from liealign.track import Track, read_trajectory
 
 __all__ = [
     "Alignment",
     "Cancelled",
     "CandidateScore",
+    "ChannelError",
+    "Comparison",
     "Config",
     "ConfigError",
     "ConfigField",
@@ -80,9 +85,11 @@ __all__ = [
     "PreparedFlight",
     "SimulatedFlight",
     "Solution",
+    "Track",
     "Trajectory",
     "__version__",
     "align_heading",
+    "compare",
     "config_entries",
     "config_fields",
     "dump_config",
@@ -99,7 +106,10 @@ __all__ = [
     "process",
     "read_config",
     "read_flight",
+    "read_trajectory",
+    "report_html",
     "simulate_flight",
     "write_flight",
+    "write_report",
     "write_results",
 ]

@@ -1,111 +1,97 @@
-"""What the command line prints: the verdict first, then what a user would check; plain text when piped."""
+"""What the command line prints: the lines of the engine, styled, and tables; plain text when piped."""
 
 from __future__ import annotations
 
-import json
+from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from liealign import _core
-from liealign.solution import Alignment, Array, Solution, Trajectory
+from liealign.comparison import Comparison
+from liealign.solution import Alignment
 
 _STYLE = {"aligned": "green", "weak": "yellow", "ambiguous": "red", "unobservable": "red"}
-_NOT_USED = ("fixes_averaged_at_rest", "fixes_quality_not_accepted", "fixes_outside_imu")
+_PIPED_COLUMNS = 200
 
 
-def _say(label: str, text: str, style: str = "") -> None:
-    line = Text.assemble((f"{label:<9} ", "bold"), (text, style))
-    Console(highlight=False).print(line, soft_wrap=True)
+def console() -> Console:
+    """Return a console for stdout; a pipe has no width to fit into."""
+    out = Console(highlight=False)
+    return out if out.is_terminal else Console(highlight=False, width=_PIPED_COLUMNS)
 
 
-def print_alignment(alignment: Alignment) -> None:
+def say(label: str, text: str, style: str = "") -> None:
+    """Print a line under its label."""
+    console().print(Text.assemble((f"{label:<9} ", "bold"), (text, style)), soft_wrap=True)
+
+
+def print_table(table: Table) -> None:
+    """Print a table, without blanks at the ends of its lines when piped."""
+    out = console()
+    if out.is_terminal:
+        out.print(table)
+        return
+    with out.capture() as capture:
+        out.print(table)
+    for line in capture.get().splitlines():
+        print(line.rstrip())
+
+
+def print_alignment(prepared: _core.PreparedFlight, alignment: Alignment) -> None:
     """Print the heading, its sigma, its time and verdict, and the warnings."""
-    std = alignment.heading_std_deg
-    heading = f"{alignment.heading_deg:.3f} deg" if std is not None else "not determined"
-    sigma = f", sigma {std:.3f} deg" if std is not None else ""
-    verdict = f"{alignment.verdict}: {heading}{sigma}, at {alignment.start_time_s:.3f} s"
-    _say("heading", verdict, _STYLE[alignment.verdict])
-    if alignment.verdict != "aligned":
-        _say("", alignment.advice)
-    for warning in alignment.warnings:
-        _say("warning", warning, "yellow")
+    _say_lines(_core.alignment_text(prepared, alignment.engine), alignment.verdict)
 
 
 def print_run(
     prepared: _core.PreparedFlight, alignment: Alignment, solution: _core.Solution, folder: Path
 ) -> None:
     """Print the verdict, the warnings, what became of the fixes, and how good the trajectory is."""
-    print_alignment(alignment)
-    s = json.loads(_core.summary_json(prepared, alignment.engine, solution))
-    parts = [f"{s[f'fixes_{word}']} {word}" for word in ("used", "weighted", "rejected", "reacquired")]
-    parts += [
-        f"{s[key]} {key.removeprefix('fixes_').replace('_', ' ').replace('imu', 'the IMU log')}"
-        for key in _NOT_USED
-        if s[key]
+    _say_lines(_core.run_text(prepared, alignment.engine, solution, str(folder)), alignment.verdict)
+
+
+def _say_lines(lines: Iterable[tuple[str, str]], verdict: str) -> None:
+    styles = {"heading": _STYLE[verdict], "warning": "yellow"}
+    for label, text in lines:
+        say(label, text, styles.get(label, ""))
+
+
+def print_comparison(comparison: Comparison) -> None:
+    """Print the time compared and the table of errors."""
+    c = comparison
+    left_out = [
+        f"{count} epochs {why} left out"
+        for count, why in ((c.epochs_outside, "outside it"), (c.epochs_in_gaps, "in gaps of the truth"))
+        if count
     ]
-    _say("fixes", f"{s['fixes']}: {', '.join(parts)}")
-    if s["p_rms_m"] is not None:
-        _say("P_RMS", f"{s['p_rms_m']:.3f} m, of the position innovations")
-    _say(
-        "sigma",
-        f"median {s['median_std_horizontal_m']:.3f} m horizontal, {s['median_std_down_m']:.3f} m vertical, "
-        f"{s['median_std_roll_deg']:.3f} deg roll, {s['median_std_pitch_deg']:.3f} deg pitch, "
-        f"{s['median_std_heading_deg']:.3f} deg heading",
-    )
-    _say("span", f"{s['begin_time_s']:.3f} s to {s['end_time_s']:.3f} s, {s['epochs']} epochs")
-    trajectory = f"trajectory.{_core.config_entries(prepared.config)['output.formats'][0]}"
-    _say("results", f"{folder / trajectory}, summary.json and the other files beside it")
+    span = f"{c.begin_time_s:.3f} s to {c.end_time_s:.3f} s, {c.epochs} epochs"
+    say("overlap", "; ".join([span, *left_out]))
+    table = Table("error", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for heading in ("mean", "rms", "95 %", "max", "< 1 sigma", "< 2 sigma", "rms/sigma"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for e in c.channels:
+        shares = [f"{100.0 * s:.1f} %" if s is not None else "" for s in (e.within_1_sigma, e.within_2_sigma)]
+        ratio = f"{e.rms_over_sigma:.2f}" if e.rms_over_sigma is not None else ""
+        numbers = [f"{number:z.4f}" for number in (e.mean, e.rms, e.p95, e.max)]
+        table.add_row(f"{e.name}, {e.unit}", *numbers, *shares, ratio)
+    print_table(table)
+    if any(e.rms_over_sigma is not None for e in c.channels):
+        say("", "rms/sigma is 1 where the stated sigma is true, above 1 where it is too small")
 
 
 def print_truth(
-    simulated: _core.SimulatedFlight,
-    prepared: _core.PreparedFlight,
-    alignment: Alignment,
-    solution: _core.Solution,
-    folder: Path,
+    heading: tuple[float, float], smoothed: Comparison, filtered: Comparison | None, folder: Path
 ) -> None:
-    """Print the errors of a simulated flight: the heading at the start, and rms over the flight."""
-    truth = simulated.truth()
-    smoothed = Solution.from_engine(prepared, alignment.engine, solution)
-    at_start = int(np.argmin(np.abs(truth["time_s"] - alignment.start_time_s)))
-    true_heading = float(truth["rpy_deg"][at_start, 2])
-    error = _wrap_deg(np.array(alignment.heading_deg - true_heading))
-    _say(
-        "truth",
-        f"heading {true_heading:.3f} deg at the start; found with an error of {float(error):+.3f} deg",
-    )
-    table = Table("          rms error", "smoothed", "filter", box=None, pad_edge=False)
-    names = ("horizontal, m", "vertical, m", "velocity, m/s", "roll, deg", "pitch, deg", "heading, deg")
-    of_filter = (
-        rms_errors(smoothed.filtered, truth) if smoothed.filtered is not None else [np.nan] * len(names)
-    )
-    for name, s, f in zip(names, rms_errors(smoothed, truth), of_filter, strict=True):
-        table.add_row(f"{'':10}{name}", f"{s:.4f}", f"{f:.4f}")
-    Console(highlight=False).print(table)
-    _say("flight", f"{folder / 'FLIGHT.toml'}, imu.csv, gnss.csv and truth.csv beside it")
-
-
-def rms_errors(found: Trajectory, truth: _core.TruthColumns) -> list[float]:
-    """Root mean square over the epochs of `found`.
-
-    Horizontal and vertical position [m], velocity [m/s], roll, pitch and heading [deg]. The truth must have
-    an epoch at each time of `found`.
-    """
-    at = np.searchsorted(truth["time_s"], found.time_s - 1e-6)
-    lat, lon = np.deg2rad(truth["lat_deg"][at]), np.deg2rad(truth["lon_deg"][at])
-    up_e = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=1)
-    position = found.p_eb_e_m - truth["p_eb_e_m"][at]
-    vertical = (position * up_e).sum(axis=1)
-    horizontal = position - vertical[:, np.newaxis] * up_e
-    attitude = _wrap_deg(found.rpy_deg - truth["rpy_deg"][at])
-    columns = [horizontal, vertical, found.v_n_mps - truth["v_n_mps"][at], *attitude.T]
-    return [float(np.sqrt((column**2).sum() / found.time_s.size)) for column in columns]
-
-
-def _wrap_deg(angle: Array) -> Array:
-    wrapped: Array = (angle + 180.0) % 360.0 - 180.0
-    return wrapped
+    """Print the errors of a simulated flight: true heading and error at the start, rms over the flight."""
+    true_heading, error = heading
+    say("truth", f"heading {true_heading:.3f} deg at the start; found with an error of {error:+.3f} deg")
+    table = Table(f"{'':10}rms error", "smoothed", box=None, pad_edge=False)
+    if filtered is not None:
+        table.add_column("filter")
+    for channel in smoothed.channels:
+        row = [f"{'':10}{channel.name}, {channel.unit}", f"{channel.rms:.4f}"]
+        table.add_row(*row, *([f"{filtered[channel.name].rms:.4f}"] if filtered is not None else []))
+    print_table(table)
+    say("flight", f"{folder / 'FLIGHT.toml'}, imu.csv, gnss.csv and truth.csv beside it")

@@ -64,6 +64,8 @@ def process(
     flight: Flight | PreparedFlight,
     alignment: Alignment | None = None,
     progress: _core.ProgressCallback | None = None,
+    *,
+    keep_events: bool = True,
 ) -> Solution:
     """Filter and smooth the flight from the aligned heading.
 
@@ -75,6 +77,9 @@ def process(
         From `align_heading`; without it, made here.
     progress
         Called as progress(done, total) now and then; returning False cancels.
+    keep_events
+        Keep the filter's and the smoother's states at the fixes, which `write_report` compares. They are few;
+        False saves their memory where no report is wanted.
 
     Raises
     ------
@@ -83,7 +88,7 @@ def process(
     """
     prepared = _prepared(flight)
     heading = alignment.engine if alignment is not None else search_heading(prepared)
-    return Solution.from_engine(prepared, heading, _core.process(prepared, heading, progress))
+    return Solution.from_engine(prepared, heading, _core.process(prepared, heading, progress, keep_events))
 
 
 def write_results(

@@ -428,9 +428,10 @@ TEST(ConfigEntries, one_entry_changes_exactly_one_member) {
     }
     EXPECT_EQ(differing, std::vector<std::string>{key});
     // Nothing went missing either: the rest of the entries are those from before.
-    std::erase_if(after, [&](const auto& pair) { return pair.first == key; });
+    const auto is_changed = [&changed = key](const auto& pair) { return pair.first == changed; };
+    std::erase_if(after, is_changed);
     Pairs rest = before;
-    std::erase_if(rest, [&](const auto& pair) { return pair.first == key; });
+    std::erase_if(rest, is_changed);
     EXPECT_EQ(after, rest) << key;
   }
 }

@@ -109,7 +109,7 @@ TEST(Json, MisuseThrows) {
   Json number = 1;
   EXPECT_THROW(number["a"], Error);
   EXPECT_THROW(number.push_back(1), Error);
-  EXPECT_THROW(Json(std::numeric_limits<std::uint64_t>::max()), Error);
+  EXPECT_THROW(Json{std::numeric_limits<std::uint64_t>::max()}, Error);
 }
 
 }  // namespace

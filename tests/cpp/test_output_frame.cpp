@@ -53,7 +53,7 @@ TEST(OutputFrame, covariance_is_the_jacobian_of_the_moved_state_times_P) {
     const Epoch e = epoch_of(1.0, c, frame, omega + noise, 0.0);
     Vector<double, 9> out;
     const Matrix3d C = at.X.first.C;
-    out << SO3<double>(C.transpose() * e.X.first.C).log(), C.transpose() * (e.X.first.v - at.X.first.v),
+    out << SO3<double>{C.transpose() * e.X.first.C}.log(), C.transpose() * (e.X.first.v - at.X.first.v),
         C.transpose() * (e.X.first.p - at.X.first.p);
     return out;
   };
@@ -136,7 +136,7 @@ TEST(Output, another_point_and_other_axes_are_where_the_truth_puts_them) {
   for (const Epoch& e : r.solution.smoothed) {
     const SE23<double> truth = truth_at(flight().truth, e.t_s);
     worst_p = std::max(worst_p, (e.X.first.p - truth.p - truth.C * kPoint).norm());
-    worst_angle = std::max(worst_angle, SO3<double>(e.X.first.C.transpose() * truth.C * C_r_b).log().norm());
+    worst_angle = std::max(worst_angle, SO3<double>{e.X.first.C.transpose() * truth.C * C_r_b}.log().norm());
     worst_v = std::max(worst_v, (e.X.first.v - truth.v).norm());
   }
   EXPECT_LT(worst_p, 0.05);
@@ -224,7 +224,7 @@ TEST(Sbet, acceleration_and_rate_are_the_derivatives_of_the_trajectory) {
     const double dt = epochs[i + 1].t_s - epochs[i - 1].t_s;
     const Matrix3d C = epochs[i].X.first.C;
     const Vector3d a = C.transpose() * (epochs[i + 1].X.first.v - epochs[i - 1].X.first.v) / dt;
-    const Vector3d w = SO3<double>(epochs[i - 1].X.first.C.transpose() * epochs[i + 1].X.first.C).log() / dt;
+    const Vector3d w = SO3<double>{epochs[i - 1].X.first.C.transpose() * epochs[i + 1].X.first.C}.log() / dt;
     sum_a += (Vector3d(rows[i].data() + 11) - a).squaredNorm();
     sum_w += (Vector3d(rows[i].data() + 14) - w).squaredNorm();
     largest_a = std::max(largest_a, a.norm());

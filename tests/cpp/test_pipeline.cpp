@@ -162,6 +162,18 @@ TEST(Pipeline, a_guess_alone_is_no_alignment) {
   EXPECT_EQ(align(prepare_flight(parked)).verdict, "unobservable");
 }
 
+TEST(Pipeline, the_std_of_a_guess_wants_the_guess) {
+  Flight flight = table_1_flight(kHeading_deg, 15).flight;
+  flight.config.align.heading_guess_deg.reset();
+  flight.config.align.heading_guess_std_deg = 5.0;
+  EXPECT_THROW(prepare_flight(flight), ConfigError);
+  flight.config.align.heading_guess_std_deg = AlignConfig{}.heading_guess_std_deg;  // as every config.toml has it
+  EXPECT_NO_THROW(prepare_flight(flight));
+  flight.config.align.heading_guess_std_deg = 5.0;
+  flight.config.align.heading_guess_deg = kHeading_deg;
+  EXPECT_NO_THROW(prepare_flight(flight));
+}
+
 TEST(Pipeline, gnss_velocity_sharpens_the_velocity) {
   GnssErrors errors;
   errors.velocity = true;

@@ -1,11 +1,10 @@
-"""The Python API: arrays, round trips, progress, errors raised, and the example."""
+"""The Python API: arrays, round trips, progress, errors raised."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import math
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ import liealign
 import numpy as np
 import pytest
 
-from .conftest import LEVER_ARM, ROOT, Files, SimulatedCase, wrap_deg
+from .conftest import LEVER_ARM, Files, SimulatedCase, wrap_deg
 
 
 def arrays_of(flight: liealign.Flight) -> dict[str, Any]:
@@ -256,17 +255,3 @@ def test_prepared_flight_says_what_it_found(case: SimulatedCase) -> None:
 def test_alignment_json_is_what_to_dict_gives(case: SimulatedCase) -> None:
     assert case.alignment.to_dict() == json.loads(case.alignment.json_text)
     assert case.alignment.to_dict()["heading_deg"] == case.alignment.heading_deg
-
-
-def test_example_runs(files: Files) -> None:
-    script = ROOT / "examples" / "run_flight.py"
-    done = subprocess.run(
-        [sys.executable, "-W", "error", str(script), "FLIGHT.toml", "out"],
-        cwd=files.folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("aligned: ")
-    assert (files.folder / "out" / "trajectory.csv").is_file()

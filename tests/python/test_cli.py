@@ -25,6 +25,7 @@ RESULTS = {
     "summary.json",
     "config.toml",
 }
+REPORT = {"report.html"}  # from Python only, liealign-post writes none
 
 
 def written(folder: Path) -> set[str]:
@@ -38,13 +39,13 @@ def test_run_prints_the_verdict_first_and_writes_the_files(files: Files, cli: Cl
     assert lines[0].startswith("heading   aligned: 137.0")
     assert [line.split()[0] for line in lines[1:]] == ["fixes", "P_RMS", "sigma", "span", "results"]
     assert "\x1b" not in outcome.out
-    assert written(files.folder / "out/of/many") == RESULTS
+    assert written(files.folder / "out/of/many") == RESULTS | REPORT
 
 
 def test_quiet_is_silent(files: Files, cli: Cli) -> None:
     outcome = cli("run", "FLIGHT.toml", "--quiet", "--filtered", "-o", "out")
     assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
-    assert written(files.folder / "out") == RESULTS | {"filtered.csv"}
+    assert written(files.folder / "out") == RESULTS | REPORT | {"filtered.csv"}
     assert cli("align", "FLIGHT.toml", "--quiet").out == ""
 
 
@@ -222,9 +223,12 @@ def test_demo_shows_the_truth(cli: Cli) -> None:
     assert (outcome.code, outcome.err) == (0, "")
     demo = cli.folder / "liealign-demo"
     assert written(demo) == {"FLIGHT.toml", "imu.csv", "gnss.csv", "truth.csv", "out"}
-    assert written(demo / "out") == RESULTS | {"filtered.csv"}
-    rows = {line.split(",")[0].strip(): line.split()[-2:] for line in outcome.out.splitlines() if "," in line}
-    for name in ("horizontal", "vertical", "velocity", "roll", "pitch", "heading"):
+    assert written(demo / "out") == RESULTS | REPORT | {"filtered.csv"}
+    rows = {
+        line.split(",")[0].strip(): line.split()[-2:] for line in outcome.out.splitlines() if ", " in line
+    }
+    channels = ("north", "east", "down", "horizontal", "vn", "ve", "vd", "roll", "pitch", "heading")
+    for name in channels:
         smoothed, filtered = map(float, rows[name])
-        assert 0.0 < smoothed < filtered < 0.5
+        assert 0.0 < smoothed < filtered < 0.5, name
     assert "liealign-demo/FLIGHT.toml" in outcome.out

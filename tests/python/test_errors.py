@@ -209,6 +209,11 @@ def test_config_that_is_no_text(files: Files, main: MainInProcess) -> None:
             '--start: align.start is "statc"; expected one of "auto", "static", "moving"; '
             'did you mean "static"?',
         ),
+        (
+            ["--heading-guess-std", "30"],
+            "align.heading_guess_std_deg is 30.0 without align.heading_guess_deg; give the guess as well "
+            "(--heading-guess DEG), or drop align.heading_guess_std_deg (--heading-guess-std)",
+        ),
     ],
 )
 def test_bad_flag_value(files: Files, main: MainInProcess, arguments: list[str], message: str) -> None:

@@ -190,7 +190,25 @@ def head_faults(root: Path) -> list[str]:
     return faults
 
 
-RULES = [floor_faults, confinement_faults, label_faults, citation_faults, length_faults, head_faults]
+def tidy_faults(root: Path) -> list[str]:
+    """Every check that .clang-tidy disables has a comment line "# -check: reason" there."""
+    text = (root / ".clang-tidy").read_text(encoding="utf-8")
+    disabled = re.findall(r"^ *-([a-z][\w.*-]+),?$", text, re.MULTILINE)
+    reasons = set(re.findall(r"^# -([\w.*-]+): \S", text, re.MULTILINE))
+    return [
+        f".clang-tidy: {check} is disabled without a reason" for check in disabled if check not in reasons
+    ]
+
+
+RULES = [
+    floor_faults,
+    confinement_faults,
+    label_faults,
+    citation_faults,
+    length_faults,
+    head_faults,
+    tidy_faults,
+]
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
@@ -210,6 +228,7 @@ def inc(target: str) -> str:
 
 GOOD = {
     "docs/equations.md": DOC,
+    ".clang-tidy": "# -a-b: noise\nChecks: >-\n  a-*,\n  -a-b\n",
     "cpp/include/liealign/core/a.hpp": HEAD,
     "cpp/include/liealign/ins/a.hpp": inc("lie/a.hpp")
     + '#include "liealign/ins/imu.hpp"\n// (Eq. 1)-(Eq. 2)\n',
@@ -252,6 +271,8 @@ BAD = [
     (head_faults, "cpp/src/core/b.cpp", f"#include <vector>\n// {SPDX}\n"),
     (head_faults, "cpp/include/liealign/core/b.hpp", "// A file.\n" * HEAD_LINES + f"// {SPDX}\n"),
     (head_faults, "bindings/b.cpp", ""),
+    (tidy_faults, ".clang-tidy", "# -a-b: noise\nChecks: >-\n  a-*,\n  -a-b,\n  -a-c\n"),
+    (tidy_faults, ".clang-tidy", "# -a-b:\nChecks: >-\n  a-*,\n  -a-b\n"),
 ]
 
 

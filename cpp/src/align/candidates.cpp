@@ -47,11 +47,11 @@ template <typename Motion>
 std::vector<CandidateScore> evaluate_all(const AlignmentProblem& problem, const Motion& motion,
                                          const std::vector<HeadingCandidate>& candidates) {
   std::vector<CandidateScore> scores(candidates.size());
-  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(candidates.size());
+  const auto n = static_cast<std::ptrdiff_t>(candidates.size());
   std::vector<std::exception_ptr> failures(candidates.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const std::size_t k = static_cast<std::size_t>(i);
+    const auto k = static_cast<std::size_t>(i);
     try {
       scores[k] = evaluate(problem, motion, candidates[k]);
     } catch (const NumericalError&) {
@@ -84,13 +84,11 @@ IntervalSeries preintegrate(const AlignmentProblem& problem) {
 
 std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                                 const std::vector<HeadingCandidate>& candidates) {
+  // `paper` has no closed form over an interval.
+  if (!problem.intervals.intervals.empty() && problem.filter.dynamics.mechanization == Mechanization::exact) {
+    return evaluate_all(problem, ByIntervals(problem.intervals), candidates);
+  }
   return evaluate_all(problem, BySamples{problem.data.imu, cursor_at(problem.data.imu, problem.t_begin_s)}, candidates);
-}
-
-std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem, const IntervalSeries& intervals,
-                                                const std::vector<HeadingCandidate>& candidates) {
-  if (problem.filter.dynamics.mechanization == Mechanization::paper) return evaluate_candidates(problem, candidates);
-  return evaluate_all(problem, ByIntervals(intervals), candidates);
 }
 
 }  // namespace liealign

@@ -8,7 +8,8 @@
 
 namespace liealign {
 
-Vector<double, 2> level(const Vector3d& f) {
+Vector<double, 2> level(const Vector3d& mean_f_ib_b) {
+  const Vector3d& f = mean_f_ib_b;
   return {std::atan2(-f.y(), -f.z()), std::atan2(f.x(), std::hypot(f.y(), f.z()))};
 }
 

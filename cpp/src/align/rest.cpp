@@ -16,7 +16,7 @@ struct Window {
 };
 
 Window summarise(const ImuSeries& imu, std::size_t first, std::size_t last) {
-  const double n = static_cast<double>(last - first);
+  const auto n = static_cast<double>(last - first);
   Vector3d sum_w = Vector3d::Zero(), sum_f = Vector3d::Zero(), square_w = Vector3d::Zero(), square_f = Vector3d::Zero();
   for (std::size_t k = first; k < last; ++k) {
     // against the first sample, so that the squares keep their digits
@@ -96,6 +96,7 @@ std::vector<GnssFix> typical_fixes(const std::vector<GnssFix>& fixes, const Rest
   Vector3d median;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
+    values.reserve(inside.size());
     for (const GnssFix& f : inside) values.push_back(f.p_ea_e[axis]);
     std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
     median[axis] = values[values.size() / 2];
@@ -170,7 +171,7 @@ RestStatistics rest_statistics(const ImuSeries& imu, const std::vector<GnssFix>&
   s.mean_f_ib_b /= samples;
   for (const GnssFix& fix : typical_fixes(fixes, period)) {
     ++s.fixes;
-    const double n = static_cast<double>(s.fixes);
+    const auto n = static_cast<double>(s.fixes);
     s.p_ea_e += (fix.p_ea_e - s.p_ea_e) / n;
     s.R_p_e += (fix.R_p_e - s.R_p_e) / n;
   }

@@ -132,7 +132,7 @@ struct Dumper {
 
   void new_line() {
     out += '\n';
-    out.append(static_cast<std::size_t>(level * indent), ' ');
+    out.append(static_cast<std::size_t>(level) * static_cast<std::size_t>(indent), ' ');
   }
 };
 

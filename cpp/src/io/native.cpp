@@ -154,7 +154,7 @@ void check_gnss_header(const CsvTable& table) {
 
 std::string three_decimals(double x) {
   std::array<char, 400> digits;
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), x, std::chars_format::fixed, 3).ptr;
+  char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), x, std::chars_format::fixed, 3).ptr;
   return {digits.data(), end};
 }
 

@@ -11,7 +11,7 @@
 namespace liealign {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
 
 template <typename Record>
 void append_little_endian(const Record& record, std::string& bytes) {
@@ -30,7 +30,7 @@ void write_records(PartFile& file, std::size_t n, const std::function<Record(std
   std::string bytes;
   for (std::size_t i = 0; i < n; ++i) {
     append_little_endian(fill(i), bytes);
-    if (bytes.size() < kBufferBytes && i + 1 < n) continue;
+    if (bytes.size() < kBlockBytes && i + 1 < n) continue;
     file.write(bytes);
     bytes.clear();
   }

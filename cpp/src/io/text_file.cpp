@@ -49,8 +49,8 @@ void write_text_file(const std::string& path, std::string_view text) {
   file.commit();
 }
 
-PartFile::PartFile(const std::string& path) : path_(path), part_path_(path + ".part") {
-  file_ = std::fopen(part_path_.c_str(), "wb");
+PartFile::PartFile(const std::string& path)
+    : path_(path), part_path_(path + ".part"), file_(std::fopen(part_path_.c_str(), "wb")) {
   if (file_ == nullptr) fail(path_, "cannot be written", errno);
 }
 

@@ -188,6 +188,7 @@ Axes classify_axes(std::string_view letters) {
 
 std::vector<std::string> nearest_names(std::string_view word, const std::vector<std::string>& names) {
   std::vector<std::pair<std::size_t, std::string>> ranked;
+  ranked.reserve(names.size());
   for (const std::string& name : names) ranked.emplace_back(name_distance(word, name), name);
   return best_of(ranked, near_limit(word));
 }

@@ -12,6 +12,7 @@
 #include "liealign/io/csv.hpp"
 #include "liealign/io/rtklib_pos.hpp"
 #include "liealign/pipeline/checks.hpp"
+#include "liealign/pipeline/field_table.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign {
@@ -65,6 +66,7 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
   for (std::size_t i = 0; i < flight.gnss.size(); ++i) {
     const GnssFix fix = fix_from_record(flight.gnss[i], i, flight.config, out.latency_s, out.gnss_std_scale);
     out.record_time_s.push_back(fix.t_s);
+    out.record_p_ea_e.push_back(fix.p_ea_e);
     out.record_use.push_back(RecordUse::update);
     if (!accepted(flight.gnss[i], flight.config)) {
       out.record_use.back() = RecordUse::quality_not_accepted;
@@ -86,7 +88,7 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
     throw InputError("the IMU and the GNSS log do not overlap: " + named("the IMU log", flight.config.imu.file) +
                      " covers " + span(begin, end) + ", " + named("the GNSS log", flight.config.gnss.file) + " " +
                      span(out.record_time_s.front(), out.record_time_s.back()) +
-                     (refused ? " (with " + std::to_string(refused) + " rows that gnss.accept_fix refuses)" : "") +
+                     (refused > 0 ? " (with " + std::to_string(refused) + " rows that gnss.accept_fix refuses)" : "") +
                      " (after gnss.latency_s); bring both to one time scale");
   }
 }
@@ -198,11 +200,20 @@ void warn(const Flight& flight, PreparedFlight& out) {
   }
 }
 
+// A std that differs from the default was given by someone; the default itself stands in every config.toml.
+void check_guess(const AlignConfig& align) {
+  if (align.heading_guess_deg || align.heading_guess_std_deg == AlignConfig{}.heading_guess_std_deg) return;
+  throw ConfigError("align.heading_guess_std_deg is " + toml_text(align.heading_guess_std_deg) +
+                    " without align.heading_guess_deg; give the guess as well (--heading-guess DEG), or drop "
+                    "align.heading_guess_std_deg (--heading-guess-std)");
+}
+
 }  // namespace
 
 Flight read_flight(const Config& config) {
   if (config.imu.file.empty()) throw ConfigError("imu.file is not given; name the IMU log (--imu FILE)");
   if (config.gnss.file.empty()) throw ConfigError("gnss.file is not given; name the GNSS log (--gnss FILE)");
+  check_guess(config.align);
   Flight flight;
   flight.config = config;
   flight.imu = read_imu_csv(config.imu.file, flight.warnings);
@@ -222,6 +233,7 @@ Flight read_flight(const Config& config) {
 
 PreparedFlight prepare_flight(const Flight& flight) {
   const Config& config = flight.config;
+  check_guess(config.align);
   PreparedFlight out;
   out.config = config;
   out.warnings = flight.warnings;
@@ -261,6 +273,7 @@ PreparedFlight prepare_flight(const Flight& flight) {
   check_output_span(out);
   const double longest = config.align.max_time_s > 0.0 ? config.align.max_time_s : data.imu.back().t_s;
   problem.t_end_s = std::min(problem.t_start_s + longest, data.imu.back().t_s);
+  problem.intervals = preintegrate(problem);
   warn(flight, out);
   return out;
 }

@@ -10,7 +10,6 @@
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
-#include "liealign/io/csv.hpp"
 #include "liealign/io/json.hpp"
 #include "liealign/io/text_file.hpp"
 #include "liealign/pipeline/config_files.hpp"
@@ -22,32 +21,6 @@ namespace {
 constexpr double kInterval95 = 1.959963984540054;  // sigma of the 95 % interval
 
 Json degrees(const std::optional<double>& rad) { return rad ? Json(*rad * kRadToDeg) : Json(); }
-
-void put3(double* cells, const Vector3d& v, double factor = 1.0) {
-  for (int i = 0; i < 3; ++i) cells[i] = factor * v[i];
-}
-
-void put_update(double* cells, const std::optional<FixUpdate>& update) {
-  if (!update) return;
-  put3(cells, update->residual_n);
-  put3(cells + 3, update->std_n);
-  cells[6] = update->nis;
-  cells[7] = update->weight;
-}
-
-void write_innovations_csv(PartFile& file, const std::vector<FixRecord>& fixes) {
-  const std::vector<CsvColumn> columns = {
-      {"time_s", 6},       {"res_n_m", 5},        {"res_e_m", 5},    {"res_d_m", 5},    {"std_n_m", 5},
-      {"std_e_m", 5},      {"std_d_m", 5},        {"nis", 4},        {"weight", 6},     {"res_vn_mps", 5},
-      {"res_ve_mps", 5},   {"res_vd_mps", 5},     {"std_vn_mps", 5}, {"std_ve_mps", 5}, {"std_vd_mps", 5},
-      {"nis_velocity", 4}, {"weight_velocity", 6}};
-  const auto fill = [&](std::size_t i, double* c) {
-    c[0] = fixes[i].t_s;
-    put_update(c + 1, fixes[i].position);
-    put_update(c + 9, fixes[i].velocity);
-  };
-  write_csv(file, columns, fixes.size(), fill, {"verdict", [&](std::size_t i) { return verdict_word(fixes[i]); }});
-}
 
 std::size_t count(const std::vector<FixRecord>& fixes, const std::string& word) {
   return static_cast<std::size_t>(

@@ -1,4 +1,4 @@
-// The trajectory files.
+// The tables and binary files of a run.
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/pipeline/trajectory_files.hpp"
 
@@ -8,6 +8,7 @@
 #include "liealign/earth/gravity.hpp"
 #include "liealign/io/csv.hpp"
 #include "liealign/io/sbet.hpp"
+#include "liealign/pipeline/results.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign {
@@ -18,6 +19,14 @@ constexpr double kUnknownHeading_arcmin = 180.0 * 60.0;
 
 void put3(double* cells, const Vector3d& v, double factor = 1.0) {
   for (int i = 0; i < 3; ++i) cells[i] = factor * v[i];
+}
+
+void put_update(double* cells, const std::optional<FixUpdate>& update) {
+  if (!update) return;
+  put3(cells, update->residual_n);
+  put3(cells + 3, update->std_n);
+  cells[6] = update->nis;
+  cells[7] = update->weight;
 }
 
 // The number of the sample of each epoch, which stand in the same order on stamps of the IMU.
@@ -86,6 +95,20 @@ void write_biases_csv(PartFile& file, const std::vector<Epoch>& epochs) {
     put3(c + 7, epochs[i].variance_b_a.cwiseMax(0.0).cwiseSqrt());
     put3(c + 10, epochs[i].variance_b_g.cwiseMax(0.0).cwiseSqrt());
   });
+}
+
+void write_innovations_csv(PartFile& file, const std::vector<FixRecord>& fixes) {
+  const std::vector<CsvColumn> columns = {
+      {"time_s", 6},       {"res_n_m", 5},        {"res_e_m", 5},    {"res_d_m", 5},    {"std_n_m", 5},
+      {"std_e_m", 5},      {"std_d_m", 5},        {"nis", 4},        {"weight", 6},     {"res_vn_mps", 5},
+      {"res_ve_mps", 5},   {"res_vd_mps", 5},     {"std_vn_mps", 5}, {"std_ve_mps", 5}, {"std_vd_mps", 5},
+      {"nis_velocity", 4}, {"weight_velocity", 6}};
+  const auto fill = [&](std::size_t i, double* c) {
+    c[0] = fixes[i].t_s;
+    put_update(c + 1, fixes[i].position);
+    put_update(c + 9, fixes[i].velocity);
+  };
+  write_csv(file, columns, fixes.size(), fill, {"verdict", [&](std::size_t i) { return verdict_word(fixes[i]); }});
 }
 
 void write_trajectory_sbet(PartFile& file, const PreparedFlight& flight, const std::vector<Epoch>& epochs) {

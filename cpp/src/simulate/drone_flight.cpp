@@ -13,10 +13,11 @@
 namespace liealign {
 namespace {
 
-constexpr double kPeakAcceleration = 4.0;               // m/s^2, of the commanded motion on the straight
-constexpr double kCircleAcceleration = 2.5;             // m/s^2
-constexpr std::size_t kMargin = 3;                      // samples of rest that two central differences need
-enum Stream : std::uint64_t { kGusts = 101, kWobble };  // those of the sensors are in sensors.cpp
+constexpr double kPeakAcceleration = 4.0;                   // m/s^2, of the commanded motion on the straight
+constexpr double kCircleAcceleration = 2.5;                 // m/s^2
+constexpr double kMaxFineSteps = 2e7;                       // some GB; beyond, a slip of the pen
+constexpr std::size_t kMargin = 3;                          // samples of rest that two central differences need
+enum WindStream : std::uint64_t { kGusts = 101, kWobble };  // those of the sensors are in sensors.cpp
 
 // Commanded velocity (NED of the pad) turning at course_rate, and the rate of the heading.
 struct Leg {
@@ -266,6 +267,17 @@ void check(const DroneFlight& f) {
   const auto not_negative = [&](const char* name, double value) {
     require(value >= 0.0 && std::isfinite(value), name, value, "a finite number, 0 or more");
   };
+  const auto finite = [&](const char* name, double value) {
+    require(std::isfinite(value), name, value, "a finite number");
+  };
+  finite("lon_deg", f.lon_deg);
+  finite("height_m", f.height_m);
+  finite("start_time_s", f.start_time_s);
+  finite("parked_roll_deg", f.parked_roll_deg);
+  finite("parked_pitch_deg", f.parked_pitch_deg);
+  finite("heading_deg", f.heading_deg);
+  finite("line_bearing_deg", f.line_bearing_deg);
+  finite("crab_deg", f.crab_deg);
   positive("rate_hz", f.rate_hz);
   positive("duration_s", f.duration_s);
   positive("speed_mps", f.speed_mps);
@@ -280,6 +292,8 @@ void check(const DroneFlight& f) {
   not_negative("gust_mps2", f.gust_mps2);
   not_negative("attitude_wobble_deg", f.attitude_wobble_deg);
   require(f.oversample >= 1, "oversample", f.oversample, "1 or more");
+  const double fine_steps = (f.duration_s + f.parked_before_s + f.parked_after_s) * f.rate_hz * f.oversample;
+  require(fine_steps <= kMaxFineSteps, "the time times rate_hz times oversample", fine_steps, "at most 2e7");
   require(std::abs(f.lat_deg) <= 90.0, "lat_deg", f.lat_deg, "-90 to 90");
   require(f.max_tilt_deg > 0.0 && f.max_tilt_deg < 80.0, "max_tilt_deg", f.max_tilt_deg, "a number between 0 and 80");
 }

@@ -14,7 +14,7 @@ namespace liealign {
 namespace {
 
 // Streams of one seed. Those of the flight are in drone_flight.cpp.
-enum Stream : std::uint64_t { kGyroNoise = 1, kAccelNoise, kGyroBias, kAccelBias, kFix, kFixVelocity, kOutlier };
+enum SensorStream : std::uint64_t { kGyroNoise = 1, kAccelNoise, kGyroBias, kAccelBias, kFix, kFixVelocity, kOutlier };
 
 [[noreturn]] void refuse(const std::string& name, double value, const std::string& allowed) {
   throw Error("simulate: " + name + " is " + std::to_string(value) + "; expected " + allowed);
@@ -97,7 +97,10 @@ void check(const Truth& truth, const GnssErrors& e) {
   for (int i = 0; i < 3; ++i) {
     require_not_negative("std_ned_m", e.std_ned_m[i]);
     require_not_negative("velocity_std_ned", e.velocity_std_ned[i]);
+    require_not_negative("the length of l_ba_b", std::abs(e.l_ba_b[i]));
   }
+  require_not_negative("the size of latency_s", std::abs(e.latency_s));
+  require_not_negative("outlier_m", e.outlier_m);
   if (!(e.outlier_probability >= 0.0 && e.outlier_probability <= 1.0)) {
     refuse("outlier_probability", e.outlier_probability, "a number from 0 to 1");
   }
@@ -167,7 +170,7 @@ std::vector<GnssRecord> simulate_gnss(const Truth& truth, const GnssErrors& erro
   const double last = std::floor((truth.epochs.back().t_s + 1e-6) * errors.rate_hz);
   Random position(seed, kFix), velocity(seed, kFixVelocity), outlier(seed, kOutlier);
   std::vector<GnssRecord> records;
-  for (double n = first; n <= last; n += 1.0) {
+  for (double n = first; n <= last; n += 1.0) {  // NOLINT(*FloatLoopCounter): whole numbers, exact up to 2^53
     FixNoise noise{position.normal3(), velocity.normal3(), Vector3d::Zero()};
     const bool is_outlier = outlier.uniform() < errors.outlier_probability;
     const Vector3d direction = outlier.unit3();

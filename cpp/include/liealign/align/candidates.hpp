@@ -18,6 +18,8 @@ struct AlignmentProblem {
   double t_begin_s = 0.0;  // rest used for the pre-tuning of tilt and biases begins
   double t_start_s = 0.0;  // the last instant of rest: candidate headings hold here
   double t_end_s = 0.0;    // fixes in (t_start_s, t_end_s] are scored
+  // From t_begin_s to t_end_s, of preintegrate(); empty: the candidates go sample by sample, 75 times as long at 1 Hz.
+  IntervalSeries intervals;
 };
 
 struct HeadingCandidate {
@@ -35,16 +37,12 @@ struct CandidateScore {
   std::size_t fixes = 0;
 };
 
-// The IMU of the problem, preintegrated from fix to fix once for all candidates, with the biases seen at rest.
+// The IMU of the problem, cut at its events and preintegrated with the biases seen at rest.
 IntervalSeries preintegrate(const AlignmentProblem& problem);
 
 // One filter per candidate: pre-tuning at rest, then set_heading(), then the scored flight. Threads over candidates; the
 // result does not depend on their number.
 std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
-                                                const std::vector<HeadingCandidate>& candidates);
-
-// The same over preintegrated intervals of this problem; (`paper` mechanization goes sample by sample all the same).
-std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem, const IntervalSeries& intervals,
                                                 const std::vector<HeadingCandidate>& candidates);
 
 }  // namespace liealign

@@ -17,7 +17,14 @@
 namespace liealign {
 
 struct Json;
-struct JsonMember;
+
+// A template, so that it becomes complete where Json does: the constructors of Json already need it.
+template <typename Value>
+struct JsonMemberOf {
+  std::string key;
+  Value value;
+};
+using JsonMember = JsonMemberOf<Json>;
 using JsonArray = std::vector<Json>;
 using JsonObject = std::vector<JsonMember>;  // in the order of insertion, which is the order of the text
 
@@ -60,11 +67,6 @@ struct Json {
     if (!std::in_range<std::int64_t>(i)) throw Error("an integer above 9223372036854775807 does not fit JSON output");
     return static_cast<std::int64_t>(i);
   }
-};
-
-struct JsonMember {
-  std::string key;
-  Json value;
 };
 
 // The text, without a newline at the end. Doubles in the shortest form that reads back to the same bits, NaN and

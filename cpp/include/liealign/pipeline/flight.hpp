@@ -18,7 +18,8 @@ struct Flight {
   std::vector<std::string> warnings;
 };
 
-// Reads imu.file and gnss.file. Throws InputError (file:line:column) or ConfigError when a file is not named.
+// Reads imu.file and gnss.file. Throws InputError (file:line:column) or ConfigError when a file is not named or the std
+// of a heading guess is given without the guess.
 Flight read_flight(const Config& config);
 
 // Why a GNSS record is or is not an update of the filter.
@@ -30,9 +31,10 @@ struct PreparedFlight {
   FilterOptions filter;           // of the final run
   std::vector<RestPeriod> rests;  // all that were found; the first and the last give updates
   std::vector<ImuGap> gaps;
-  std::vector<RecordUse> record_use;  // per GNSS record
-  std::vector<double> record_time_s;  // per GNSS record: true time
-  double t_begin_s = 0.0;             // the run begins: start of the initial rest
+  std::vector<RecordUse> record_use;    // per GNSS record
+  std::vector<double> record_time_s;    // per GNSS record: true time
+  std::vector<Vector3d> record_p_ea_e;  // per GNSS record: the antenna as measured, m
+  double t_begin_s = 0.0;               // the run begins: start of the initial rest
   double imu_rate_hz = 0.0;
   double latency_s = 0.0;
   double imu_noise_scale = 1.0;
@@ -41,7 +43,7 @@ struct PreparedFlight {
   std::vector<std::string> warnings;
 };
 
-// Throws InputError when IMU and GNSS do not overlap or the flight does not begin at rest.
+// Throws InputError when IMU and GNSS do not overlap or the flight does not begin at rest, ConfigError as above.
 PreparedFlight prepare_flight(const Flight& flight);
 
 }  // namespace liealign

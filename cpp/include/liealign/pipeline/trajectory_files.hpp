@@ -1,4 +1,4 @@
-// The trajectory in its file formats: CSV, SBET with SMRMSG and the side file that says what the binary ones cannot.
+// The tables of a run as CSV, and its trajectory as SBET with SMRMSG and the side file that says what they cannot.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,6 +16,9 @@ void write_trajectory_csv(PartFile& file, const std::vector<Epoch>& epochs, bool
 
 // biases.csv.
 void write_biases_csv(PartFile& file, const std::vector<Epoch>& epochs);
+
+// innovations.csv.
+void write_innovations_csv(PartFile& file, const std::vector<FixRecord>& fixes);
 
 // trajectory.sbet. Wander angle 0: platform heading is true heading, velocity is north, east, down. Acceleration and
 // rate are those of the IMU against the Earth, along the axes of the trajectory:

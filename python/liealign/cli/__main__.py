@@ -1,0 +1,5 @@
+"""`python -m liealign.cli`."""
+
+from liealign.cli import main
+
+main()

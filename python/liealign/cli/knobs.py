@@ -1,0 +1,140 @@
+"""The flags of `liealign simulate` that stand for fields of DroneFlight and GnssErrors: one table."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Concatenate, NamedTuple, ParamSpec
+
+import numpy as np
+import typer
+
+from liealign._core import DroneFlight, GnssErrors, InputError
+from liealign.cli.flags import keyword, with_parameters
+
+P = ParamSpec("P")
+
+# An antenna at the IMU would be no drone.
+LEVER_ARM = "0.1 -0.05 -0.3"
+
+
+class Knob(NamedTuple):
+    """A flag, the field of DroneFlight or GnssErrors that it sets, and what it may be."""
+
+    name: str
+    owner: type[DroneFlight] | type[GnssErrors]
+    field: str
+    shown: str
+    unit: str
+    help: str
+    low: float
+    high: float
+    words: int = 1
+    own_default: str = ""
+
+    @property
+    def parameter(self) -> str:
+        """The name of the parameter that carries it."""
+        return self.name.removeprefix("--").replace("-", "_")
+
+    @property
+    def default(self) -> str:
+        """Its own default, or else that of the engine, as text."""
+        if self.own_default:
+            return self.own_default
+        values = np.atleast_1d(np.asarray(getattr(self.owner(), self.field), dtype=np.float64))
+        return " ".join(f"{value:g}" for value in values)
+
+    def as_parameter(self) -> inspect.Parameter:
+        """Return what typer reads it from."""
+        unit = f" [{self.unit}]" if self.unit else ""
+        option = typer.Option(
+            self.name, metavar=self.shown, help=f"{self.help}{unit}  [default: {self.default}]"
+        )
+        return keyword(self.parameter, None, Annotated[str | None, option])
+
+    def value(self, text: str) -> float | list[float]:
+        """Return the number or numbers in the text.
+
+        Raises
+        ------
+        InputError
+            When they are not as many as expected, no numbers, not finite, or out of range.
+        """
+        try:
+            values = [float(word) for word in text.replace(",", " ").split()]
+        except ValueError:
+            values = []
+        if len(values) != self.words or not all(self.low <= value <= self.high for value in values):
+            many = "a number" if self.words == 1 else f"{self.words} numbers"
+            unit = f" [{self.unit}]" if self.unit else ""
+            raise InputError(
+                f'{self.name} is "{text}"; expected {many} from {self.low:g} to {self.high:g}{unit}'
+            )
+        return values[0] if self.words == 1 else values
+
+
+_D, _G = DroneFlight, GnssErrors
+KNOBS = (
+    Knob("--duration", _D, "duration_s", "S", "s", "Whole flight, parked phases included", 1, 7200),
+    Knob("--parked-before", _D, "parked_before_s", "S", "s", "Rest before the take-off", 0, 3600),
+    Knob("--parked-after", _D, "parked_after_s", "S", "s", "Rest after the landing", 0, 3600),
+    Knob("--start-time", _D, "start_time_s", "S", "s", "Stamp of the first sample", 0, 1e6),
+    Knob("--heading", _D, "heading_deg", "DEG", "deg", "Heading while parked", -360, 360),
+    Knob("--altitude", _D, "altitude_m", "M", "m", "Height of flight above the pad", 1, 1000),
+    Knob("--speed", _D, "speed_mps", "MPS", "m/s", "Horizontal speed", 0.5, 30),
+    Knob("--climb", _D, "climb_mps", "MPS", "m/s", "Speed of the climb", 0.1, 20),
+    Knob("--descent", _D, "descent_mps", "MPS", "m/s", "Speed of the descent", 0.1, 20),
+    Knob("--line-bearing", _D, "line_bearing_deg", "DEG", "deg", "Bearing of the survey lines", -360, 360),
+    Knob("--line-length", _D, "line_length_m", "M", "m", "Length of a line", 5, 10000),
+    Knob("--line-spacing", _D, "line_spacing_m", "M", "m", "Distance of the lines", 1, 1000),
+    Knob("--crab", _D, "crab_deg", "DEG", "deg", "Nose against the bearing of the lines", -180, 180),
+    Knob("--gusts", _D, "gust_mps2", "MPS2", "m/s^2", "Rms acceleration by gusts", 0, 5),
+    Knob("--wobble", _D, "attitude_wobble_deg", "DEG", "deg", "Rms wobble of roll and pitch", 0, 10),
+    Knob("--lat", _D, "lat_deg", "DEG", "deg", "Latitude of the pad", -89, 89),
+    Knob("--lon", _D, "lon_deg", "DEG", "deg", "Longitude of the pad", -180, 360),
+    Knob("--height", _D, "height_m", "M", "m", "Height of the pad above the ellipsoid", -500, 9000),
+    Knob("--imu-rate", _D, "rate_hz", "HZ", "Hz", "Rate of the IMU", 10, 1000),
+    Knob("--gnss-rate", _G, "rate_hz", "HZ", "Hz", "Rate of the fixes", 0.1, 50),
+    Knob("--gnss-std", _G, "std_ned_m", "N E D", "m", "Position noise north, east, down", 0.001, 100, 3),
+    Knob("--gnss-latency", _G, "latency_s", "S", "s", "Stamps of the fixes are late by this", -5, 5),
+    Knob(
+        *("--gnss-velocity-std", _G, "velocity_std_ned", "N E D", "m/s"),
+        *("Velocity noise north, east, down", 0.001, 100, 3),
+    ),
+    Knob("--outliers", _G, "outlier_probability", "P", "", "Share of fixes that are wrong", 0, 1),
+    Knob("--outlier-size", _G, "outlier_m", "M", "m", "By how much those are wrong", 0, 10000),
+    Knob(
+        *("--lever-arm", _G, "l_ba_b", "X Y Z", "m", "IMU to antenna: forward, right, down"),
+        *(-100, 100, 3, LEVER_ARM),
+    ),
+)
+
+
+def fields_of(owner: type, texts: Mapping[str, str | None]) -> dict[str, Any]:
+    """Return the fields of the owner that are given, or have a default of their own."""
+    fields = {}
+    for knob in KNOBS:
+        text = texts.get(knob.parameter)
+        if knob.owner is owner and (text is not None or knob.own_default):
+            fields[knob.field] = knob.value(knob.own_default if text is None else text)
+    return fields
+
+
+def takes_knobs(
+    command: Callable[Concatenate[dict[str, str | None], P], None],
+) -> Callable[..., None]:
+    """Give a command the KNOBS as parameters; it gets their texts together, as its first argument."""
+
+    def with_knobs(**options: Any) -> None:
+        texts = {knob.parameter: options.pop(knob.parameter) for knob in KNOBS}
+        command(texts, **options)  # type: ignore[call-arg]
+
+    return with_parameters(with_knobs, command, [knob.as_parameter() for knob in KNOBS])
+
+
+def in_flags(message: str) -> str:
+    """Return what the engine says of a flight, with the flags for the fields."""
+    flags = {knob.field: knob.name for knob in KNOBS if knob.owner is DroneFlight}
+    return re.sub(r"\w+", lambda word: flags.get(word[0], word[0]), message)

@@ -1,0 +1,172 @@
+"""`liealign simulate` and `liealign demo`: a drone flight with its truth, as files."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+import liealign
+from liealign import _core, console
+from liealign._core import DroneFlight, Error, GnssErrors, InputError, SimulatedFlight
+from liealign.cli.knobs import fields_of, in_flags, takes_knobs
+from liealign.cli.run import Quiet
+from liealign.cli.work import check_folder, exit_codes, run_to_folder
+from liealign.comparison import compare, wrap_deg
+from liealign.flight import make_config, read_config
+from liealign.solution import Solution
+
+FLIGHT_FILES = ("FLIGHT.toml", "imu.csv", "gnss.csv", "truth.csv")
+# 80 minutes at 200 Hz; the simulator works in memory, on eight times as many steps.
+MAX_SAMPLES = 1_000_000
+
+
+# ---- the work ----------------------------------------------------------------------------------------------
+
+
+def check_target(folder: Path) -> None:
+    """Refuse to overwrite a flight that is not simulated: one without truth.csv.
+
+    Raises
+    ------
+    InputError
+        When the folder is a file, or holds such a flight.
+    """
+    check_folder(folder)
+    there = [name for name in FLIGHT_FILES if (folder / name).exists()]
+    if there and "truth.csv" not in there:
+        raise InputError(
+            f"{folder / there[0]}: exists, and without truth.csv beside it it is no simulated flight; "
+            "choose another folder (-o DIR)"
+        )
+
+
+def make_flight(
+    drone: DroneFlight, gnss: GnssErrors, overrides: dict[str, Any], seed: int, folder: Path
+) -> SimulatedFlight:
+    """Simulate and write the four files.
+
+    Raises
+    ------
+    InputError
+        When they do not make a flight; the message names the flags for the fields.
+    """
+    try:
+        simulated = liealign.simulate_flight(drone, gnss, make_config(overrides), seed)
+    except Error as error:
+        raise InputError(in_flags(str(error))) from None
+    liealign.write_flight(str(folder), simulated)
+    return simulated
+
+
+def _check_size(drone: DroneFlight) -> None:
+    samples = drone.duration_s * drone.rate_hz
+    if samples > MAX_SAMPLES:
+        raise InputError(
+            f"--duration {drone.duration_s:g} at --imu-rate {drone.rate_hz:g} makes {samples:.0f} samples; "
+            f"expected at most {MAX_SAMPLES}; shorten the flight or lower the rate"
+        )
+
+
+def _heading_at_start(simulated: SimulatedFlight, alignment: liealign.Alignment) -> tuple[float, float]:
+    """Return the true heading at the start, and the error of the one found [deg]."""
+    truth = simulated.truth()
+    at_start = int(np.argmin(np.abs(truth["time_s"] - alignment.start_time_s)))
+    true_heading = float(truth["rpy_deg"][at_start, 2])
+    return true_heading, float(wrap_deg(np.array(alignment.heading_deg - true_heading)))
+
+
+def _shell(words: Iterable[str | Path]) -> str:
+    return shlex.join(map(str, words))
+
+
+# ---- the commands ------------------------------------------------------------------------------------------
+
+
+@takes_knobs
+def simulate(
+    texts: dict[str, str | None],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for FLIGHT.toml and the logs.")
+    ],
+    gnss_velocity: Annotated[
+        bool, typer.Option("--gnss-velocity", help="Write the velocity of the fixes as well.")
+    ] = False,
+    imu_model: Annotated[
+        str, typer.Option("--imu-model", metavar="NAME", help="Noise profile; liealign imus lists them.")
+    ] = "adis16495",
+    seed: Annotated[str, typer.Option("--seed", metavar="N", help="Same seed, same bits.")] = "1",
+    quiet: Quiet = False,
+) -> None:
+    """Write a simulated drone flight with its truth into DIR.
+
+    The files are FLIGHT.toml, imu.csv, gnss.csv and truth.csv.
+    """
+    with exit_codes():
+        number = _seed(seed)
+        drone = DroneFlight(**fields_of(DroneFlight, texts), seed=number)
+        gnss = GnssErrors(**fields_of(GnssErrors, texts), velocity=gnss_velocity)
+        _check_size(drone)
+        check_target(output)
+        # A latency that is known is given: the run is to find the heading, not to be led astray.
+        latency = {"gnss.latency_s": gnss.latency_s} if gnss.latency_s else {}
+        simulated = make_flight(drone, gnss, {"imu.model": _model(imu_model), **latency}, number, output)
+        if quiet:
+            return
+        imu, fixes = (len(log["time_s"]) for log in (simulated.flight.imu(), simulated.flight.gnss()))
+        toml, out = output / "FLIGHT.toml", output / "out"
+        console.say("flight", f"{toml}, imu.csv, gnss.csv and truth.csv beside it")
+        console.say("logs", f"{drone.duration_s:g} s, {imu} IMU samples, {fixes} fixes")
+        console.say("next", _shell(["liealign", "run", toml, "-o", out]))
+        console.say("then", _shell(["liealign", "compare", output / "truth.csv", out / "trajectory.csv"]))
+
+
+def demo(
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the simulated files.")
+    ] = Path("liealign-demo"),
+    quiet: Quiet = False,
+) -> None:
+    """Simulate a five-minute flight, run it, show the errors."""
+    with exit_codes():
+        check_target(output)
+        simulated = make_flight(
+            DroneFlight(),
+            GnssErrors(**fields_of(GnssErrors, {})),
+            {"imu.model": "adis16495", "output.filtered": True},
+            1,
+            output,
+        )
+        results = output / "out"
+        prepared, alignment, solution = run_to_folder(
+            read_config(output / "FLIGHT.toml"), results, quiet=quiet
+        )
+        if quiet:
+            return
+        console.print_run(prepared, alignment, solution, results)
+        found, truth = Solution.from_engine(prepared, alignment.engine, solution), simulated.truth()
+        assert found.filtered is not None
+        heading = _heading_at_start(simulated, alignment)
+        console.print_truth(heading, compare(truth, found), compare(truth, found.filtered), output)
+
+
+def _seed(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = -1
+    if not 0 <= number < 2**63:
+        raise InputError(f'--seed is "{text}"; expected a whole number, 0 or more')
+    return number
+
+
+def _model(name: str) -> str:
+    names = [profile.name for profile in _core.imu_profiles()]
+    if name not in names:
+        hint = _core.did_you_mean(name, names) or f"; expected one of: {', '.join(names)}"
+        raise InputError(f'--imu-model is "{name}", which is no profile{hint}')
+    return name

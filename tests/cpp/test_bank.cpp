@@ -1,0 +1,63 @@
+// Laws of the candidate bank: over preintegrated intervals it finds what it finds sample by sample.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "flights.hpp"
+#include "liealign/core/units.hpp"
+
+namespace liealign {
+namespace {
+
+using namespace testing;
+
+struct Place {
+  double lat_deg, speed_mps, rate_hz;  // of the pad, of the flight, of the fixes
+};
+
+PreparedFlight prepared_at(const Place& place) {
+  DroneFlight drone;
+  drone.rate_hz = 100.0;
+  drone.oversample = 4;
+  drone.duration_s = 180.0;
+  drone.parked_before_s = 15.0;
+  drone.parked_after_s = 5.0;
+  drone.lat_deg = place.lat_deg;
+  drone.speed_mps = place.speed_mps;
+  drone.line_length_m = 20.0 * place.speed_mps;
+  drone.drag_per_s = 0.1;
+  GnssErrors gnss;
+  gnss.l_ba_b = Vector3d(0.1, -0.05, -0.3);
+  gnss.rate_hz = place.rate_hz;
+  gnss.velocity = place.rate_hz > 1.0;
+  Config config;
+  config.align.heading_guess_deg = drone.heading_deg + 5.0;
+  return prepare_flight(simulate_flight(drone, gnss, config, 7).flight);
+}
+
+class Bank : public ::testing::TestWithParam<Place> {};
+
+TEST_P(Bank, over_intervals_gives_the_heading_the_sigma_and_the_curve_of_the_samples) {
+  const PreparedFlight by_intervals = prepared_at(GetParam());
+  ASSERT_FALSE(by_intervals.problem.intervals.intervals.empty());
+  PreparedFlight by_samples = by_intervals;
+  by_samples.problem.intervals = {};
+  const HeadingResult at_once = align(by_intervals), one_by_one = align(by_samples);
+  ASSERT_TRUE(at_once.sigma_rad && one_by_one.sigma_rad);
+  EXPECT_NEAR(at_once.heading_rad * kRadToDeg, one_by_one.heading_rad * kRadToDeg, 0.002);
+  EXPECT_NEAR(*at_once.sigma_rad / *one_by_one.sigma_rad, 1.0, 0.02);
+
+  std::vector<HeadingCandidate> curve;
+  for (const double sigmas : {0.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0})
+    curve.push_back({one_by_one.heading_rad + sigmas * *one_by_one.sigma_rad, 0.0, true, one_by_one.gate_scales});
+  const std::vector<CandidateScore> a = evaluate_candidates(by_intervals.problem, curve),
+                                    b = evaluate_candidates(by_samples.problem, curve);
+  for (std::size_t i = 1; i < curve.size(); ++i) EXPECT_NEAR(a[i].cost - a[0].cost, b[i].cost - b[0].cost, 0.1) << i;
+}
+
+INSTANTIATE_TEST_SUITE_P(Flights, Bank,
+                         ::testing::Values(Place{48.2, 6.0, 1.0}, Place{78.0, 15.0, 1.0}, Place{-30.0, 25.0, 10.0}));
+
+}  // namespace
+}  // namespace liealign
