@@ -75,7 +75,8 @@ void declare(CLI::App& cli, Arguments& a) {
 // however many, joined into one. They have no point and no slash, so that a file name ends them.
 std::vector<std::string> words_for_cli11(const std::vector<std::string>& given) {
   const auto is_format = [](const std::string& word) {
-    return word.find_first_not_of(",abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789") == word.npos;
+    return word.find_first_not_of(",abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789") ==
+           std::string::npos;
   };
   std::vector<std::string> words;
   bool in_format = false;

@@ -30,13 +30,13 @@ struct PreparedImu {
 // neighbours (the filter adds noise there). Throws InputError for fewer than two samples.
 PreparedImu prepare_imu(const ImuSeries& raw, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s);
 
-// Rate and specific force at the stamp of sample k: between the means before and after it, on the line through their
+// Rate and specific force at the stamp of sample k of a prepared series: between the means before and after it, on the line through their
 // middles. `white_s` is the time over which their white noise averages: variance = N^2 / white_s.
 struct ImuAtStamp {
   Vector3d omega_ib_b, f_ib_b;
   double white_s;
 };
-ImuAtStamp imu_at_stamp(const ImuSeries& prepared, std::size_t k);
+ImuAtStamp imu_at_stamp(const ImuSeries& imu, std::size_t k);
 
 // C_s_b of an axis declaration: where the sensor's x, y, z point, letters of F B R L D U ("FRD" is the identity).
 // Throws ConfigError when the letters are not a right-handed set.
