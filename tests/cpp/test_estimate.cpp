@@ -82,8 +82,8 @@ TEST(Ekf, prediction_equals_the_full_matrix_product) {
     Cov F = Cov::Identity(), Q = Cov::Zero();
     F.topLeftCorner<9, 9>() = t.F;
     F.topRightCorner<9, 6>() = t.B;
-    Q.topLeftCorner<9, 9>() = t.B * ekf.input_variance(dt).asDiagonal() * t.B.transpose();
-    Q.diagonal().tail<6>() += ekf.bias_variance(dt);
+    Q.topLeftCorner<9, 9>() = t.B * input_variance(ekf.dynamics.noise, dt).asDiagonal() * t.B.transpose();
+    Q.diagonal().tail<6>() += bias_variance(ekf.dynamics.noise, dt);
     const Cov expected = F * before.P * F.transpose() + Q;
     EXPECT_LT((belief.P - expected).cwiseAbs().maxCoeff(), 1e-14);
   }
@@ -107,10 +107,11 @@ TEST(Ekf, a_split_sample_predicts_what_the_whole_one_does) {
 TEST(Ekf, a_gap_adds_its_noise) {
   Ekf<Model> ekf;
   ekf.dynamics.noise = table_1_noise();
-  EXPECT_NEAR(ekf.input_variance(0.5, 0.5)[0], 4.0, 1e-3);
-  EXPECT_LT(ekf.input_variance(0.5)[0], 1e-4);
+  EXPECT_NEAR(input_variance(ekf.dynamics.noise, 0.5, 0.5)[0], 4.0, 1e-3);
+  EXPECT_LT(input_variance(ekf.dynamics.noise, 0.5)[0], 1e-4);
   // split by fixes it adds up to the same velocity variance: sum of variance dt^2
-  EXPECT_NEAR(5 * ekf.input_variance(0.1, 0.5)[0] * 0.01, ekf.input_variance(0.5, 0.5)[0] * 0.25, 1e-3);
+  EXPECT_NEAR(5 * input_variance(ekf.dynamics.noise, 0.1, 0.5)[0] * 0.01,
+              input_variance(ekf.dynamics.noise, 0.5, 0.5)[0] * 0.25, 1e-3);
 }
 
 TEST(Ekf, the_reset_makes_the_covariance_that_of_the_updated_error) {
@@ -330,8 +331,8 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
     F[static_cast<std::size_t>(k)].topLeftCorner<9, 9>() = t.F;
     F[static_cast<std::size_t>(k)].topRightCorner<9, 6>() = t.B;
     Cov q = Cov::Zero();
-    q.topLeftCorner<9, 9>() = t.B * ekf.input_variance(0.01).asDiagonal() * t.B.transpose();
-    q.diagonal().tail<6>() += ekf.bias_variance(0.01);
+    q.topLeftCorner<9, 9>() = t.B * input_variance(ekf.dynamics.noise, 0.01).asDiagonal() * t.B.transpose();
+    q.diagonal().tail<6>() += bias_variance(ekf.dynamics.noise, 0.01);
     Q[static_cast<std::size_t>(k)] = q;
     reference[static_cast<std::size_t>(k + 1)] = free.X;
   }

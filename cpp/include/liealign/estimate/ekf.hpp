@@ -47,7 +47,7 @@ struct Dynamics {
 
 // Variance of the mean input over dt: N^2 / dt (accelerometer first, as the biases); inside a gap of length T also
 // sigma_gap^2 T / dt, which adds up to sigma_gap^2 over the gap however fixes split it.
-inline Vector<double, 6> input_variance(const ImuNoise& n, double dt, double gap_s) {
+inline Vector<double, 6> input_variance(const ImuNoise& n, double dt, double gap_s = 0.0) {
   const double a = n.accel_vrw * n.accel_vrw / dt + n.accel_gap_mps2 * n.accel_gap_mps2 * gap_s / dt;
   const double g = n.gyro_arw * n.gyro_arw / dt + n.gyro_gap_rps * n.gyro_gap_rps * gap_s / dt;
   return (Vector<double, 6>() << a, a, a, g, g, g).finished();
