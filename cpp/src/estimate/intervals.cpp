@@ -35,15 +35,15 @@ IntervalSeries preintegrate(const ImuSeries& imu, const std::vector<double>& sto
   std::vector<double> cuts;
   for (const double stop : stops) {
     const double from = cuts.empty() ? stop : cuts.back();
-    const double pieces = std::ceil((stop - from) / kLongest_s);
-    for (double i = 1.0; i < pieces; ++i) cuts.push_back(from + (stop - from) * i / pieces);
+    const auto pieces = static_cast<int>(std::ceil((stop - from) / kLongest_s));
+    for (int i = 1; i < pieces; ++i) cuts.push_back(from + (stop - from) * i / pieces);
     if (cuts.empty() || stop > from) cuts.push_back(stop);
   }
   IntervalSeries series{cuts.front(), std::vector<Interval>(cuts.size() - 1), b_0};
-  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(series.intervals.size());
+  const auto n = static_cast<std::ptrdiff_t>(series.intervals.size());
 #pragma omp parallel for schedule(static)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const std::size_t k = static_cast<std::size_t>(i);
+    const auto k = static_cast<std::size_t>(i);
     series.intervals[k] = interval_over(imu, cuts[k], cuts[k + 1], b_0, noise);
   }
   return series;

@@ -26,7 +26,7 @@ inline constexpr std::array<std::array<double, 8>, 2> kSeries = [] {
     double factorial = n == 6 ? 720.0 : 5040.0;
     for (std::size_t k = 0; k < 8; ++k) {
       series[n - 6][k] = (k % 2 == 0 ? 1.0 : -1.0) / factorial;
-      const double next = static_cast<double>(2 * k + n + 1);
+      const auto next = static_cast<double>(2 * k + n + 1);
       factorial *= next * (next + 1.0);
     }
   }
