@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ostream>
 
 #include "flights.hpp"
 #include "liealign/core/units.hpp"
@@ -16,6 +17,11 @@ struct Place {
   double lat_deg, speed_mps, rate_hz;  // of the pad, of the flight, of the fixes
 };
 
+// So that gtest prints the place instead of its bytes.
+void PrintTo(const Place& place, std::ostream* out) {
+  *out << place.lat_deg << " deg, " << place.speed_mps << " m/s, " << place.rate_hz << " Hz";
+}
+
 PreparedFlight prepared_at(const Place& place) {
   DroneFlight drone;
   drone.rate_hz = 100.0;
@@ -26,7 +32,8 @@ PreparedFlight prepared_at(const Place& place) {
   drone.lat_deg = place.lat_deg;
   drone.speed_mps = place.speed_mps;
   drone.line_length_m = 20.0 * place.speed_mps;
-  drone.drag_per_s = 0.1;
+  drone.drag_per_s = 0.05;
+  drone.max_tilt_deg = 45.0;
   GnssErrors gnss;
   gnss.l_ba_b = Vector3d(0.1, -0.05, -0.3);
   gnss.rate_hz = place.rate_hz;
