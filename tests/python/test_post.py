@@ -301,7 +301,7 @@ def test_version(post: Post) -> None:
 
 
 def test_progress_is_one_rewritten_line_on_a_terminal(case: SimulatedCase, post: Post) -> None:
-    """It appears after a second, so that the work here has to take longer: candidates every tenth of a degree."""
+    """It appears after a second, so that the work here has to take longer: thousands of candidates."""
     toml = case.toml.read_text(encoding="utf-8").replace("grid_step_deg = 30.0", "grid_step_deg = 0.1")
     (case.folder / "SLOW.toml").write_text(toml, encoding="utf-8")
     ours, theirs = pty.openpty()
