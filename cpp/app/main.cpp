@@ -25,7 +25,7 @@ enum Exit { kDone = 0, kBadInput = 1, kUsage = 2, kNumerical = 3, kNotAligned = 
 
 enum Kind { kText, kNumber, kThree, kMany };  // what the words of a flag are
 
-// A flag that stands for a configuration key; the same ones as FLAGS in python/liealign/cli.py.
+// A flag that stands for a configuration key; the same ones as FLAGS in python/liealign/cli/flags.py.
 struct Flag {
   const char *name, *key, *shown, *help;
   Kind kind = kText;

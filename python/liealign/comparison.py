@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from liealign import _core
 from liealign._core import InputError
+from liealign.frames import ned_rows
 from liealign.solution import Array, Trajectory
 from liealign.track import Track
 
@@ -135,7 +136,7 @@ def compare(
     p_e = _core.ecef_from_geodetic(f.lat_deg[whole], f.lon_deg[whole], f.height_m[whole])
     errors = np.hstack(
         [
-            np.einsum("kij,kj->ki", _C_e_n(position), p_e - position),
+            np.einsum("kij,kj->ki", ned_rows(*_core.geodetic_from_ecef(position)[:2]), p_e - position),
             f.v_n_mps[whole] - velocity,
             wrap_deg(f.rpy_deg[whole] - attitude),
         ]
@@ -219,18 +220,6 @@ def _at(truth: Track, time_s: Array) -> tuple[Array, Array, Array]:
     velocity = truth.v_n_mps[k] + a * (truth.v_n_mps[k + 1] - truth.v_n_mps[k])
     attitude = truth.rpy_deg[k] + a * wrap_deg(truth.rpy_deg[k + 1] - truth.rpy_deg[k])
     return position, velocity, attitude
-
-
-def _C_e_n(p_e_m: Array) -> Array:
-    """Rows north, east, down in ECEF components, (n, 3, 3)."""
-    lat_deg, lon_deg, _ = _core.geodetic_from_ecef(p_e_m)
-    lat, lon = np.deg2rad(lat_deg), np.deg2rad(lon_deg)
-    zero = np.zeros_like(lat)
-    north = np.stack([-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)], axis=1)
-    east = np.stack([-np.sin(lon), np.cos(lon), zero], axis=1)
-    down = np.stack([-np.cos(lat) * np.cos(lon), -np.cos(lat) * np.sin(lon), -np.sin(lat)], axis=1)
-    rows: Array = np.stack([north, east, down], axis=1)
-    return rows
 
 
 def _channel(name: str, unit: str, error: Array, std: Array) -> ChannelError:

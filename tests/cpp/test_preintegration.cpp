@@ -86,6 +86,24 @@ TEST(Preintegration, another_bias_is_a_correction_of_first_order) {
   EXPECT_LT(left.norm(), 1e-4 * effect.norm());
 }
 
+// Tilt and bias are told apart by the small difference of large terms: F has to follow the bias of the state.
+TEST(Preintegration, transition_of_another_bias_is_that_of_the_samples_corrected_by_it) {
+  std::mt19937 rng(6);
+  const NavState<double> X = random_state(rng);
+  const Samples s = shaken(X, 200, 0.005);
+  Vector<double, 6> delta;
+  delta << 0.3, -0.4, 0.5, 1e-4, -2e-4, 1e-4;
+  const auto transition = [&](const Vector<double, 6>& b0, const Vector<double, 6>& left) {
+    const Preintegrated<double> pre = summed(s, b0, noisy());
+    SE23<double> next = X.first;
+    const SE23<double> d = advance_interval(next, pre, left);
+    return SquareMatrix<double, 9>(interval_transition(X.first, next, d, pre).t.F);
+  };
+  const SquareMatrix<double, 9> truth = transition(delta, kNone);
+  EXPECT_GT((transition(kNone, kNone) - truth).norm(), 0.1) << "the bias matters";
+  EXPECT_LT((transition(kNone, delta) - truth).norm(), 1e-3);
+}
+
 TEST(Preintegration, transition_and_noise_equal_those_of_the_samples) {
   std::mt19937 rng(5);
   const Ekf<Model> ekf{noisy(), true};

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from liealign.frames import ned_rows
 from liealign.report import thin
 from liealign.report.motion import RPY_SIGMAS, components, in_time
-from liealign.report.review import Review, ned_rows
+from liealign.report.review import Review
 from liealign.report.style import Figure, Panel, band, column, line
 from liealign.solution import Array, Trajectory
 

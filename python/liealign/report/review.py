@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from liealign import _core
+from liealign.frames import ned_rows
 from liealign.solution import Alignment, Array, Solution, Trajectory
 
 UPDATES = ("used", "weighted", "rejected", "reacquired")
@@ -188,17 +189,6 @@ def _verdict_of_weight(weight: Array) -> NDArray[np.str_]:
     """innovations.csv has the verdict of the position; that of the velocity follows from its weight."""
     words: NDArray[np.str_] = np.where(weight >= 1.0, "used", np.where(weight > 0.0, "weighted", "rejected"))
     return words
-
-
-def ned_rows(lat_deg: Array, lon_deg: Array) -> Array:
-    """C_e_n of each epoch, (n, 3, 3)."""
-    phi, lam = np.deg2rad(lat_deg), np.deg2rad(lon_deg)
-    zero = np.zeros_like(phi)
-    north = np.stack([-np.sin(phi) * np.cos(lam), -np.sin(phi) * np.sin(lam), np.cos(phi)], axis=1)
-    east = np.stack([-np.sin(lam), np.cos(lam), zero], axis=1)
-    down = np.stack([-np.cos(phi) * np.cos(lam), -np.cos(phi) * np.sin(lam), -np.sin(phi)], axis=1)
-    rows: Array = np.stack([north, east, down], axis=1)
-    return rows
 
 
 def chi_square_3(probability: float) -> float:
