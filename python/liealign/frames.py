@@ -8,7 +8,7 @@ from liealign.solution import Array
 
 
 def ned_rows(lat_deg: Array, lon_deg: Array) -> Array:
-    """Return C_e_n, (n, 3, 3): rows north, east, down in ECEF components, at latitudes and longitudes (n,)."""
+    """Return C_e_n, (n, 3, 3): rows north, east, down in ECEF components, at each place."""
     phi, lam = np.deg2rad(lat_deg), np.deg2rad(lon_deg)
     zero = np.zeros_like(phi)
     north = np.stack([-np.sin(phi) * np.cos(lam), -np.sin(phi) * np.sin(lam), np.cos(phi)], axis=1)
