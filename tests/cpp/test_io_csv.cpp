@@ -2,15 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "liealign/core/error.hpp"
@@ -183,6 +187,80 @@ TEST_F(Csv, SlipInAnOptionalNameIsWarnedOf) {
   gnss(kGnssHeader + ",Fix,satellites\n0,1,2,3,1,1,1,4,12\n");
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(without_directory(warnings[0]), "gnss.csv:1:8: column Fix is ignored; did you mean fix?");
+}
+
+// ---- Files longer than a block
+
+TEST_F(Csv, ABlockMayEndAnywhereInARow) {
+  const std::string row = "2,1,-2,3.25,4,5,-60.5\r\n";
+  for (std::size_t before = 0; before <= row.size(); ++before) {  // bytes of the row before the border
+    std::string text = kImuHeader + "\r\n1,0,0,0,0,0,0\r\n#";
+    text.append(TextLines::kBlock - before - text.size() - 2, ' ');
+    text += "\r\n" + row + "3,0,0,0,0,0,0\r\n";
+    const ImuSeries samples = imu(text);
+    ASSERT_EQ(samples.size(), 3U) << before;
+    EXPECT_TRUE(same_sample(samples[1], {2.0, {1, -2, 3.25}, {4, 5, -60.5}})) << before;
+    EXPECT_EQ(imu_error(text + "4,0,0,0,0,0\r\n"), "imu.csv:6:7: the row has 6 cells; expected 7 as in the header");
+    EXPECT_EQ(imu_error(text + "4,0,0,0,0,0"),
+              "imu.csv:6:7: the row has 6 cells; expected 7 as in the header; the file ends within this line: if it "
+              "was cut off, remove the line");
+  }
+}
+
+TEST_F(Csv, AFileMayEndWithTheBlockWithOrWithoutANewline) {
+  for (const std::size_t size : {TextLines::kBlock - 1, TextLines::kBlock, TextLines::kBlock + 1}) {
+    for (const std::string end : {"", "\n", "\r\n"}) {
+      std::string text = kImuHeader + "\n#";
+      const std::string row = "\n0.5,1,2,3,4,5,6" + end;
+      text.append(size - text.size() - row.size(), 'x');
+      const ImuSeries samples = imu(text + row);
+      ASSERT_EQ(samples.size(), 1U) << size;
+      EXPECT_TRUE(same_sample(samples[0], {0.5, {1, 2, 3}, {4, 5, 6}})) << size;
+    }
+  }
+}
+
+TEST_F(Csv, ALineMayBeLongerThanSeveralBlocks) {
+  const std::string note(5 * TextLines::kBlock + 7, 'x');
+  const ImuSeries samples = imu("#" + note + "\nnote," + kImuHeader + "\n\"" + note + ",\",0,1,2,3,4,5,6\n" + note +
+                                ",1,1,2,3,4,5,6\n,2,1,2,3,4,5,6");
+  ASSERT_EQ(samples.size(), 3U);
+  EXPECT_EQ(samples[1].t_s, 1.0);
+  EXPECT_TRUE(same_sample(samples[2], {2.0, {1, 2, 3}, {4, 5, 6}}));
+}
+
+// A message that quotes the row before must not read it from a block that is gone.
+TEST_F(Csv, RowsOnBothSidesOfABorderAreCompared) {
+  std::string text = kImuHeader + "\n100000.123456789012345,1,2,3,4,5,6\n#";
+  text.append(2 * TextLines::kBlock, 'x');
+  EXPECT_EQ(imu_error(text + "\n1,1,2,3,4,5,6\n"),
+            "imu.csv:4:1: time_s is 1, before 100000.123456789012345 on line 2; times must not go back: sort the file "
+            "by time_s or remove the line");
+}
+
+TEST_F(Csv, APipeReadsLikeAFile) {
+  std::string text = kImuHeader + "\n";
+  for (int k = 0; k < 40000; ++k) text += std::to_string(k) + ",1,2,3,4,5," + std::to_string(k % 7) + "\n";
+  const ImuSeries from_file = imu(text);
+  if (std::system(("mkfifo " + path("pipe.csv")).c_str()) != 0) GTEST_SKIP() << "needs mkfifo";
+  std::thread writer([&] {
+    std::ofstream pipe(path("pipe.csv"), std::ios::binary);
+    for (std::size_t at = 0; at < text.size(); at += 1001) pipe << text.substr(at, 1001) << std::flush;
+  });
+  const ImuSeries from_pipe = read_imu_csv(path("pipe.csv"), warnings);
+  writer.join();
+  ASSERT_GT(text.size(), TextLines::kBlock);
+  ASSERT_EQ(from_pipe.size(), from_file.size());
+  EXPECT_TRUE(std::equal(from_pipe.begin(), from_pipe.end(), from_file.begin(), same_sample));
+}
+
+// Ten hours of samples are half a gigabyte: doubling would take that once more while it moves them.
+TEST_F(Csv, ALongLogHasItsRoomFromTheSizeOfTheFile) {
+  std::string text = kImuHeader + "\n";
+  for (int k = 0; k < 70000; ++k) text += std::to_string(1000000 + k) + ",1.5,2.5,-3.5,4.5,5.5,-6.5\n";
+  const ImuSeries samples = imu(text);
+  ASSERT_EQ(samples.size(), 70000U);
+  EXPECT_LT(static_cast<double>(samples.capacity()), 1.1 * 70000.0);
 }
 
 // ---- What is refused: the file and its header

@@ -449,6 +449,9 @@ TEST_F(RtklibPosFile, TimesMustAdvance) {
       "combined");
   expect_error(kLlh + "2074 1.0" + kRow + "\n2074 1.0" + kRow + "1\n",
                "a.pos:4:1: the time is 2074 1.0 as in 2074 1.0 on line 3");
+  const std::string remark = "%" + std::string(2 * TextLines::kBlock, 'x') + "\n";  // line 3 is no longer in memory
+  expect_error(kLlh + "2074 1.0" + kRow + "\n" + remark + "2074 0.5" + kRow + "\n",
+               "a.pos:5:1: the time is 2074 0.5, before 2074 1.0 on line 3");
 }
 
 TEST_F(RtklibPosFile, TimesMustExist) {

@@ -1,4 +1,4 @@
-// Reading named numeric columns from CSV: one pass over the file in memory, std::from_chars, no allocation per cell.
+// Reading named numeric columns from CSV: one pass over the lines, std::from_chars, no allocation per cell.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cctype>
@@ -17,8 +17,6 @@
 namespace liealign {
 namespace {
 
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-constexpr std::string_view kSpaces = " \t\r";
 constexpr std::size_t kLongestShown = 40;    // characters of a cell in a message
 constexpr std::size_t kMostNamesShown = 30;  // columns in a message
 
@@ -32,45 +30,45 @@ std::string place(const CsvTable& table, std::size_t line, std::size_t cell) {
 
 // ---- Text into lines, cells and numbers
 
+bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
 std::string_view trim(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(kSpaces);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kSpaces) - begin + 1);
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
 }
 
 // The next line that is neither blank nor a comment.
 bool next_line(CsvTable& table, std::string_view& line) {
-  const std::string_view text = table.text;
-  while (table.offset < text.size()) {
-    const std::size_t end = std::min(text.find('\n', table.offset), text.size());
-    line = trim(text.substr(table.offset, end - table.offset));
-    table.offset = std::min(end + 1, text.size());
-    ++table.line;
+  while (table.lines.next(line)) {
+    line = trim(line);
     if (!line.empty() && line.front() != '#') return true;
   }
   return false;
 }
 
-// Where the cell that starts at `begin` ends: at the comma, which does not count between quotes.
-std::size_t cell_end(std::string_view line, std::size_t begin) {
-  std::size_t at = line.find_first_not_of(kSpaces, begin);
+// Where the first cell of a line ends: at the comma, which does not count between quotes.
+std::size_t cell_end(std::string_view line) {
+  std::size_t at = 0;
+  while (at < line.size() && is_space(line[at])) ++at;
   while (at < line.size() && line[at] == '"') {  // again for a doubled quote, which closes and reopens
     at = line.find('"', at + 1);
     if (at == std::string_view::npos) return line.size();
     ++at;
   }
-  return std::min(line.find(',', std::min(at, line.size())), line.size());
+  while (at < line.size() && line[at] != ',') ++at;  // cells are too short for a call of find()
+  return at;
 }
 
 void split(std::string_view line, std::vector<std::string_view>& cells) {
   cells.clear();
-  for (std::size_t begin = 0;;) {
-    const std::size_t end = cell_end(line, begin);
-    std::string_view cell = trim(line.substr(begin, end - begin));
+  for (;;) {
+    const std::size_t end = cell_end(line);
+    std::string_view cell = trim(line.substr(0, end));
     if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = trim(cell.substr(1, cell.size() - 2));
     cells.push_back(cell);
     if (end == line.size()) return;
-    begin = end + 1;
+    line.remove_prefix(end + 1);
   }
 }
 
@@ -167,16 +165,16 @@ void check_is_header(const CsvTable& table, std::string_view line, const std::ve
   const std::string header = expected_header(table.fields);
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 && c != '\t'; };
   if (std::any_of(line.begin(), line.end(), is_control)) {
-    fail(table, table.line, 0, "the file is not UTF-8 text; expected a CSV file with the header " + header);
+    fail(table, table.lines.number(), 0, "the file is not UTF-8 text; expected a CSV file with the header " + header);
   }
   if (names.size() == 1 && line.find_first_of(";\t") != std::string_view::npos) {
     const std::string separator = line.find(';') != std::string_view::npos ? "semicolons" : "tabs";
-    fail(table, table.line, 0,
+    fail(table, table.lines.number(), 0,
          "the columns are separated by " + separator +
              "; expected commas between columns and points in numbers: header " + header);
   }
   if (parse_number(names.front())) {
-    fail(table, table.line, 0,
+    fail(table, table.lines.number(), 0,
          "the first row holds numbers; expected the header " + header +
              " above it (a line that starts with # is a comment)");
   }
@@ -221,28 +219,23 @@ void find_fields(CsvTable& table, const std::vector<std::string_view>& names, st
 [[noreturn]] void fail_cell_count(const CsvTable& table, std::size_t cells) {
   std::string text = "the row has " + std::to_string(cells) + (cells == 1 ? " cell" : " cells") + "; expected " +
                      std::to_string(table.cells_per_row) + " as in the header";
-  if (table.offset == table.text.size() && table.text.back() != '\n') {
+  if (table.lines.cut_off()) {
     text += "; the file ends within this line: if it was cut off, remove the line";
   }
-  fail(table, table.line, std::min(cells, table.cells_per_row), text);
+  fail(table, table.lines.number(), std::min(cells, table.cells_per_row), text);
 }
 
 }  // namespace
 
 CsvTable open_csv(const std::string& path, const std::vector<CsvField>& fields, std::vector<std::string>& warnings) {
-  CsvTable table;
-  table.path = path;
-  table.text = read_text_file(path);
-  table.fields = fields;
-  if (table.text.starts_with(kByteOrderMark)) table.offset = kByteOrderMark.size();
-
+  CsvTable table{path, TextLines(path), fields};
   std::string_view line;
   if (!next_line(table, line)) {
-    throw InputError(path +
-                     (table.line == 0 ? ": the file is empty" : ": the file holds only blank lines and comments") +
-                     "; expected the header " + expected_header(fields));
+    throw InputError(
+        path + (table.lines.number() == 0 ? ": the file is empty" : ": the file holds only blank lines and comments") +
+        "; expected the header " + expected_header(fields));
   }
-  table.header_line = table.line;
+  table.header_line = table.lines.number();
   std::vector<std::string_view> names;
   split(line, names);
   check_is_header(table, line, names);
@@ -258,7 +251,7 @@ bool next_row(CsvTable& table, CsvRow& row) {
     fail(table, table.header_line, 0, "no row follows the header; expected at least one row of numbers");
   }
   ++table.rows;
-  row.line = table.line;
+  row.line = table.lines.number();
   split(line, row.cells);
   if (row.cells.size() != table.cells_per_row) fail_cell_count(table, row.cells.size());
 

@@ -19,7 +19,7 @@ enum TimeField : std::size_t { kTime = 0 };  // the first field of both
 // Lets rows through whose time is later than the row before; drops exact repetitions and counts them.
 struct TimeOrder {
   std::vector<double> values;  // of the last row let through
-  std::string_view time_text;
+  std::string time_text;
   std::size_t line = 0;  // its line; 0 before the first
   std::size_t repeats = 0;
   std::size_t first_repeat_line = 0;
@@ -33,8 +33,8 @@ std::size_t first_difference(const std::vector<double>& a, const std::vector<dou
 
 [[noreturn]] void fail_back_in_time(const CsvTable& table, const CsvRow& row, const TimeOrder& order) {
   fail_at(table, row.line, kTime,
-          "time_s is " + std::string(row.cells[table.cell_of_field[kTime]]) + ", before " +
-              std::string(order.time_text) + " on line " + std::to_string(order.line) +
+          "time_s is " + std::string(row.cells[table.cell_of_field[kTime]]) + ", before " + order.time_text +
+              " on line " + std::to_string(order.line) +
               "; times must not go back: sort the file by time_s or remove the line");
 }
 
@@ -224,7 +224,9 @@ ImuSeries read_imu_csv(const std::string& path, std::vector<std::string>& warnin
   TimeOrder order;
   CsvRow row;
   while (next_row(table, row)) {
-    if (advance(order, table, row)) samples.push_back({row.values[kTime], three(row, kGyro), three(row, kAccel)});
+    if (!advance(order, table, row)) continue;
+    make_room(samples, table.lines);
+    samples.push_back({row.values[kTime], three(row, kGyro), three(row, kAccel)});
   }
   warn_of_repeats(order, path, warnings);
   return samples;
@@ -237,7 +239,9 @@ std::vector<GnssRecord> read_gnss_csv(const std::string& path, std::vector<std::
   TimeOrder order;
   CsvRow row;
   while (next_row(table, row)) {
-    if (advance(order, table, row)) records.push_back(gnss_record(table, row));
+    if (!advance(order, table, row)) continue;
+    make_room(records, table.lines);
+    records.push_back(gnss_record(table, row));
   }
   warn_of_repeats(order, path, warnings);
   return records;

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <system_error>
 
@@ -17,10 +18,12 @@ namespace {
 constexpr std::string_view kBlanks = " \t\r";
 constexpr std::size_t kLongestShown = 40;  // characters of a cell in a message
 
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
 std::string_view trim(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
 }
 
 // ---- The lines of the header
@@ -185,7 +188,7 @@ void read_columns(Source& source, std::string_view line) {
     fail(source, 0,
          "the columns differ from those on line " + std::to_string(layout.line) + "; expected one form in one file");
   }
-  layout.line = source.line;
+  layout.line = source.lines.number();
   layout.text = line;
   layout.form = form;
   layout.separator = separator_after(line, first);
@@ -197,7 +200,8 @@ void read_columns(Source& source, std::string_view line) {
 }  // namespace
 
 void fail(const Source& source, std::size_t cell, const std::string& text) {
-  throw InputError(source.path + ":" + std::to_string(source.line) + ":" + std::to_string(cell + 1) + ": " + text);
+  throw InputError(source.path + ":" + std::to_string(source.lines.number()) + ":" + std::to_string(cell + 1) + ": " +
+                   text);
 }
 
 std::string shown(std::string_view text) {
@@ -209,12 +213,8 @@ std::string shown(std::string_view text) {
 }
 
 bool next_line(Source& source, std::string_view& line) {
-  const std::string_view text = source.text;
-  while (source.offset < text.size()) {
-    const std::size_t end = std::min(text.find('\n', source.offset), text.size());
-    line = trim(text.substr(source.offset, end - source.offset));
-    source.offset = std::min(end + 1, text.size());
-    ++source.line;
+  while (source.lines.next(line)) {
+    line = trim(line);
     if (!line.empty()) return true;
   }
   return false;
@@ -222,15 +222,19 @@ bool next_line(Source& source, std::string_view& line) {
 
 void split(std::string_view line, char separator, Cells& cells) {
   cells.clear();
-  std::size_t at = std::min(line.find_first_not_of(kBlanks), line.size());
+  const auto skip_blanks = [&](std::size_t at) {
+    while (at < line.size() && is_blank(line[at])) ++at;
+    return at;
+  };
+  std::size_t at = skip_blanks(0);
   while (at < line.size()) {
     std::size_t end = at;
-    while (end < line.size() && line[end] != separator && kBlanks.find(line[end]) == std::string_view::npos) ++end;
+    while (end < line.size() && line[end] != separator && !is_blank(line[end])) ++end;
     cells.push_back(line.substr(at, end - at));
-    at = std::min(line.find_first_not_of(kBlanks, end), line.size());
+    at = skip_blanks(end);
     if (at == line.size() || separator == ' ' || line[at] != separator) continue;
-    at = line.find_first_not_of(kBlanks, at + 1);
-    if (at != std::string_view::npos) continue;
+    at = skip_blanks(at + 1);
+    if (at < line.size()) continue;
     cells.push_back({});  // nothing after the last separator
     return;
   }
@@ -319,6 +323,8 @@ bool looks_like_rtklib_pos(const std::string& path) {
       std::equal(path.end() - static_cast<std::ptrdiff_t>(kEnding.size()), path.end(), kEnding.begin(), same_letter)) {
     return true;
   }
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(path, unknown)) return false;  // what is read of a pipe is gone
   std::array<char, kFirstBytes> bytes;
   std::ifstream file(path, std::ios::binary);
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));

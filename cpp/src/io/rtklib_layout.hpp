@@ -12,17 +12,18 @@
 #include "liealign/core/types.hpp"
 #include "liealign/io/gps_time.hpp"
 #include "liealign/io/rtklib_pos.hpp"
+#include "liealign/io/text_file.hpp"
 
 namespace liealign::rtklib {
 
 inline constexpr std::size_t kAbsent = std::numeric_limits<std::size_t>::max();
-using Cells = std::vector<std::string_view>;  // the texts of a row, views into Source::text
+using Cells = std::vector<std::string_view>;  // the texts of a row, which hold until the next line is read
 using ThreeCells = std::array<std::size_t, 3>;
 inline constexpr ThreeCells kAbsentCells = {kAbsent, kAbsent, kAbsent};
 
 struct Layout {
   std::size_t line = 0;  // of the header; 0 before it was read
-  std::string_view text;
+  std::string text;
   RtklibPosForm form = RtklibPosForm::llh_deg;
   std::string time_label;
   TimeScale scale = TimeScale::gpst;
@@ -41,10 +42,8 @@ struct Layout {
 // The file while it is read.
 struct Source {
   std::string path;
-  std::string text;
-  std::size_t offset = 0;  // of the next line
-  std::size_t line = 0;    // last line read, counted from 1
-  Layout layout;
+  TextLines lines;
+  Layout layout = {};
 };
 
 [[noreturn]] void fail(const Source& source, std::size_t cell, const std::string& text);

@@ -56,11 +56,11 @@ void add(Tally& tally, std::size_t line) {
 
 struct Reading {
   Source source;
-  RtklibPos out;
-  GpsTime last_time;
-  Cells last_cells;           // of the last row that was let through; empty before the first
+  RtklibPos out = {};
+  GpsTime last_time = {};
+  std::string last_row = {};  // the last row that was let through; empty before the first
   std::size_t last_line = 0;  // its line
-  Tally repeats, no_solution, no_velocity, no_velocity_std, rounded;
+  Tally repeats = {}, no_solution = {}, no_velocity = {}, no_velocity_std = {}, rounded = {};
 };
 
 // ---- Time
@@ -76,13 +76,13 @@ GpsTime read_time(const Source& source, const Cells& cells, bool& week_tow) {
     if (time.whole_s < 0) fail(source, 0, "the time is before GPS time began on 1980-01-06");
     return time;
   }
+  const auto text = [&] { return "the time is \"" + shown(cells[0]) + " " + shown(cells[1]) + "\""; };
   CalendarTime calendar;
-  const std::string text = "the time is \"" + shown(cells[0]) + " " + shown(cells[1]) + "\"";
   if (!rtklib::parse_calendar(cells[0], cells[1], calendar)) {
-    fail(source, 0, text + "; expected yyyy/mm/dd hh:mm:ss.sss, or week and seconds of the week");
+    fail(source, 0, text() + "; expected yyyy/mm/dd hh:mm:ss.sss, or week and seconds of the week");
   }
   const std::string fault = fault_of(calendar, scale);
-  if (!fault.empty()) fail(source, 0, text + " " + source.layout.time_label + ", " + fault);
+  if (!fault.empty()) fail(source, 0, text() + " " + source.layout.time_label + ", " + fault);
   return gps_time(calendar, scale);
 }
 
@@ -100,20 +100,19 @@ std::string what_to_do(const Reading& reading, const GpsTime& time) {
 }
 
 // True where the row is to be kept.
-bool advance(Reading& reading, const Cells& cells, const GpsTime& time) {
-  const auto same = [&](const Cells& other) {
-    return other.size() == cells.size() && std::equal(cells.begin(), cells.end(), other.begin());
-  };
-  if (!reading.last_cells.empty() && !before(reading.last_time, time)) {
+bool advance(Reading& reading, std::string_view row, const Cells& cells, const GpsTime& time) {
+  if (!reading.last_row.empty() && !before(reading.last_time, time)) {
     const Source& source = reading.source;
-    if (same(reading.last_cells)) {
-      add(reading.repeats, source.line);
+    Cells last_cells;
+    rtklib::split(reading.last_row, source.layout.separator, last_cells);
+    if (cells == last_cells) {
+      add(reading.repeats, source.lines.number());
       return false;
     }
     const bool back = before(time, reading.last_time);
     const std::string now = "the time is " + shown(cells[0]) + " " + shown(cells[1]);
-    const std::string last = shown(reading.last_cells[0]) + " " + shown(reading.last_cells[1]) + " on line " +
-                             std::to_string(reading.last_line);
+    const std::string last =
+        shown(last_cells[0]) + " " + shown(last_cells[1]) + " on line " + std::to_string(reading.last_line);
     const std::string leap = what_to_do(reading, time);
     if (back) {
       fail(source, 0,
@@ -127,8 +126,8 @@ bool advance(Reading& reading, const Cells& cells, const GpsTime& time) {
              (leap.empty() ? "remove one of the two lines" : leap));
   }
   reading.last_time = time;
-  reading.last_cells = cells;
-  reading.last_line = reading.source.line;
+  reading.last_row = row;
+  reading.last_line = reading.source.lines.number();
   return true;
 }
 
@@ -211,7 +210,7 @@ Matrix3d position_covariance(Reading& reading, const Cells& cells) {
          "the position covariance is not positive definite; expected signed roots of covariances that fit the standard "
          "deviations, as RTKLIB writes them");
   }
-  add(reading.rounded, source.line);
+  add(reading.rounded, source.lines.number());
   return unrounded;
 }
 
@@ -226,9 +225,9 @@ void set_velocity(Reading& reading, const Cells& cells, const Matrix3d& C_a_n, G
   const Vector3d cross = three(source, cells, layout.sd_velocity_cross, kSignedRoot);
   const bool has_std = !sd.isZero(0.0);
   record.has_velocity = has_std || !v_a_mps.isZero(0.0);
-  if (!record.has_velocity) return add(reading.no_velocity, source.line);
+  if (!record.has_velocity) return add(reading.no_velocity, source.lines.number());
   record.v_n_mps = C_a_n * v_a_mps;
-  if (!has_std) return add(reading.no_velocity_std, source.line);
+  if (!has_std) return add(reading.no_velocity_std, source.lines.number());
   const Matrix3d P_n = C_a_n * covariance(sd, cross) * C_a_n.transpose();
   if (!(sd.minCoeff() > 0.0 && P_n.diagonal().minCoeff() > 0.0)) {
     fail(source, layout.sd_velocity[0],
@@ -245,7 +244,7 @@ void check_cell_count(const Source& source, const Cells& cells) {
   std::string text = "the row has " + std::to_string(cells.size()) + (cells.size() == 1 ? " cell" : " cells") +
                      "; expected " + std::to_string(expected) + " as line " + std::to_string(source.layout.line) +
                      " names them (the time takes two)";
-  if (source.offset == source.text.size() && source.text.back() != '\n') {
+  if (source.lines.cut_off()) {
     text += "; the file ends within this line: if it was cut off, remove the line";
   }
   fail(source, std::min(cells.size(), expected), text);
@@ -258,18 +257,18 @@ void read_row(Reading& reading, std::string_view line, Cells& cells) {
   check_cell_count(source, cells);
   bool week_tow = false;
   const GpsTime time = read_time(source, cells, week_tow);
-  if (!advance(reading, cells, time)) return;
+  if (!advance(reading, line, cells, time)) return;
 
   GnssRecord record;
   record.fix = whole_number(source, cells, source.layout.quality, kQuality);
-  if (record.fix == 0) return add(reading.no_solution, source.line);
+  if (record.fix == 0) return add(reading.no_solution, source.lines.number());
   RtklibPos& out = reading.out;
   if (out.records.empty()) {
     out.week = static_cast<int>(time.whole_s / kSecondsPerWeek);
     out.week_tow = week_tow;
   }
   record.t_s = static_cast<double>(time.whole_s - out.week * kSecondsPerWeek) + time.fraction_s;
-  record.line = source.line;
+  record.line = source.lines.number();
   set_position(source, cells, record);
   const Matrix3d C_a_n = source.layout.form == RtklibPosForm::ecef
                              ? Matrix3d(C_n_e(record.lat_rad, record.lon_rad).transpose())
@@ -277,6 +276,7 @@ void read_row(Reading& reading, std::string_view line, Cells& cells) {
   record.P_n_m2 = C_a_n * position_covariance(reading, cells) * C_a_n.transpose();
   record.P_n_m2 = 0.5 * (record.P_n_m2 + record.P_n_m2.transpose()).eval();
   if (source.layout.velocity[0] != kAbsent) set_velocity(reading, cells, C_a_n, record);
+  make_room(out.records, source.lines);
   out.records.push_back(record);
 }
 
@@ -309,12 +309,8 @@ void say(const Reading& reading, const Tally& tally, const std::string& text, st
 }  // namespace
 
 RtklibPos read_rtklib_pos(const std::string& path, std::vector<std::string>& warnings) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  Reading reading;
+  Reading reading{{path, TextLines(path)}};
   Source& source = reading.source;
-  source.path = path;
-  source.text = read_text_file(path);
-  if (source.text.starts_with(kByteOrderMark)) source.offset = kByteOrderMark.size();
   std::string_view line;
   Cells cells;
   while (rtklib::next_line(source, line)) {

@@ -45,28 +45,26 @@ struct CsvField {
 
 inline constexpr std::size_t kNoCell = std::numeric_limits<std::size_t>::max();
 
-// An open table: the text of the file, where the asked-for fields stand, and the place of the next row.
+// An open table: the lines of the file, and where the asked-for fields stand.
 struct CsvTable {
   std::string path;
-  std::string text;
+  TextLines lines;
   std::vector<CsvField> fields;
-  std::vector<std::size_t> cell_of_field;  // index of the cell in a row, or kNoCell
+  std::vector<std::size_t> cell_of_field = {};  // index of the cell in a row, or kNoCell
   std::size_t cells_per_row = 0;
   std::size_t header_line = 0;
-  std::size_t line = 0;    // last line read, counted from 1
-  std::size_t offset = 0;  // of the next line in text
-  std::size_t rows = 0;    // read so far
+  std::size_t rows = 0;  // read so far
 };
 
 // One row. `values` goes with CsvTable::fields and is NaN where the file says nothing; `cells` are the texts of all
-// cells, views into the table's text, which must stay where it is.
+// cells, which hold until the next row is read.
 struct CsvRow {
   std::size_t line = 0;
   std::vector<double> values;
   std::vector<std::string_view> cells;
 };
 
-// Reads the file and its header. Throws InputError for a missing or repeated column and for a file without header;
+// Opens the file and reads its header. Throws InputError for a missing or repeated column and for a file without header;
 // warns of a column that would be ignored but for a slip in its name.
 CsvTable open_csv(const std::string& path, const std::vector<CsvField>& fields, std::vector<std::string>& warnings);
 

@@ -39,7 +39,7 @@ struct RtklibPos {
 RtklibPos read_rtklib_pos(const std::string& path, std::vector<std::string>& warnings);
 
 // Whether the name ends in .pos, or the first line that is not blank starts with '%'. False for a file that cannot be
-// read.
+// read, and for a pipe, which is told by its name alone.
 bool looks_like_rtklib_pos(const std::string& path);
 
 }  // namespace liealign
