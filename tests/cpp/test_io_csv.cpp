@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -502,6 +503,62 @@ TEST_F(Csv, FixedNotationHasItsDecimalsAndNoNegativeZero) {
   EXPECT_EQ(read_text_file(path("out.csv")),
             "a_m,b\n1.000,0\n0.000,0\n0.000,0\n0.000,0\n-1.001,0\n"
             "1000000000000000000000.000,-250000000000000000000\n");
+}
+
+// The cell that is written for x, and what std::to_chars writes, without a sign that says nothing.
+std::string cell_text(double x, int decimals) {
+  std::string out;
+  append_csv_row(out, {{"a", decimals}}, &x);
+  out.pop_back();
+  return out;
+}
+
+std::string exact_text(double x, int decimals) {
+  std::array<char, 400> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), x, std::chars_format::fixed, decimals);
+  std::string out(digits.data(), end.ptr);
+  return out.front() == '-' && out.find_first_not_of("-0.") == std::string::npos ? out.substr(1) : out;
+}
+
+// Numbers of every size, and numbers about the middle between two texts, where a rounding on the way would show.
+TEST_F(Csv, FixedNotationIsExactToTheLastDigit) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> unit(0.0, 1.0), exponent(-20.0, 17.0);
+  std::size_t ties = 0;
+  for (int decimals = 0; decimals <= 17; ++decimals) {
+    const double unit_of_last = std::pow(10.0, -decimals);
+    std::vector<double> numbers = {0.0, 0.5, 1.5, 2.5, 0.125, 0.375, 9.9999995, 99.5, 1e15, 9007199254740991.0, 5e-324};
+    for (int k = 0; k < 20000; ++k) numbers.push_back(std::pow(10.0, exponent(random)) * unit(random));
+    for (int k = 0; k < 5000; ++k) {
+      const double middle = (std::floor(std::pow(10.0, 15.0 * unit(random))) + 0.5) * unit_of_last;
+      numbers.insert(numbers.end(), {middle, std::nextafter(middle, 0.0), std::nextafter(middle, 1e300)});
+    }
+    for (int k = 0; k < 5000; ++k) {  // middles that a double holds: a tie goes to the even digit
+      const auto n = static_cast<double>(random() >> (24 + random() % 40));
+      numbers.push_back(std::ldexp(2.0 * n + 1.0, -decimals - 1));
+      ties += exact_text(numbers.back(), decimals) != exact_text(std::nextafter(numbers.back(), 1e300), decimals);
+    }
+    for (const double x : numbers) {
+      ASSERT_EQ(cell_text(x, decimals), exact_text(x, decimals)) << decimals;
+      ASSERT_EQ(cell_text(-x, decimals), exact_text(-x, decimals)) << decimals;
+    }
+  }
+  EXPECT_GT(ties, 10000U);
+}
+
+TEST_F(Csv, PartsOfATableInOrderAreTheTable) {
+  const std::vector<CsvColumn> columns = {{"time_s", 3}, {"a,b", -1}};
+  const auto fill = [](std::size_t row, double* cells) { cells[0] = 0.1 * static_cast<double>(row); };
+  write_csv(path("out.csv"), columns, 100, fill, {"word", [](std::size_t row) { return std::to_string(row) + ","; }});
+  std::string text;
+  append_csv_header(text, columns, "word");
+  for (std::size_t row = 0; row < 100; ++row) {
+    std::array<double, 2> cells = {0.0, std::numeric_limits<double>::quiet_NaN()};
+    fill(row, cells.data());
+    append_csv_row(text, columns, cells.data(), std::to_string(row) + ",");
+  }
+  EXPECT_EQ(read_text_file(path("out.csv")), text);
+  EXPECT_TRUE(text.starts_with("time_s,\"a,b\",word\n0.000,,\"0,\"\n0.100,,\"1,\"\n"));
 }
 
 TEST_F(Csv, CellsThatAreNotFiniteOrNotSetAreEmpty) {

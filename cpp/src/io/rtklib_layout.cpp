@@ -180,7 +180,7 @@ void find_columns(Source& source, const Names& names) {
 
 void read_columns(Source& source, std::string_view line) {
   Layout& layout = source.layout;
-  RtklibPosForm form;
+  RtklibPosForm form = RtklibPosForm::llh_deg;
   const std::string_view first = first_name(source, line, form);
   if (first.empty()) return;
   if (layout.line > 0) {

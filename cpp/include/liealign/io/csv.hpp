@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -83,14 +84,22 @@ struct CsvColumn {
   int decimals;
 };
 
-// A column of words, written after the numbers; quoted where it must be (RFC 4180). Without `text` there is none.
+// Append the header or a row to `out`: for callers that format parts of a table apart, as on several threads, and give
+// them to PartFile::write in order. `cells` goes with `columns`; a cell that is not finite is left empty, and there is no
+// "-0.00" in fixed notation. `last` is a column of words behind the numbers, quoted where it must be (RFC 4180).
+void append_csv_header(std::string& out, const std::vector<CsvColumn>& columns,
+                       std::optional<std::string_view> last = std::nullopt);
+void append_csv_row(std::string& out, const std::vector<CsvColumn>& columns, const double* cells,
+                    std::optional<std::string_view> last = std::nullopt);
+
+// A column of words, written after the numbers. Without `text` there is none.
 struct CsvTextColumn {
   std::string name;
   std::function<std::string(std::size_t row)> text;
 };
 
-// Writes the header and `rows` rows; fill(row, cells) sets one double per column. Cells arrive as NaN, and a cell that
-// is not finite is written empty. No "-0.00" in fixed notation. With a path the file appears when it is complete.
+// Writes the header and `rows` rows; fill(row, cells) sets one double per column. Cells arrive as NaN. With a path the
+// file appears when it is complete.
 // Throws InputError `path: cannot be written: reason`; what fill throws passes through.
 using CsvFill = std::function<void(std::size_t row, double* cells)>;
 void write_csv(PartFile& file, const std::vector<CsvColumn>& columns, std::size_t rows, const CsvFill& fill,

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <string>
 
 #include "liealign/io/text_file.hpp"
 
@@ -30,6 +31,10 @@ struct SmrmsgRecord {
   double std_rpy_arcmin[3];
 };
 static_assert(sizeof(SmrmsgRecord) == 10 * sizeof(double));
+
+// Append a record to `out`: for callers that make parts of a file apart and give them to PartFile::write in order.
+void append_sbet(std::string& out, const SbetRecord& record);
+void append_smrmsg(std::string& out, const SmrmsgRecord& record);
 
 // Write n records; fill(i) gives record i. Throw InputError `path: cannot be written: reason`.
 void write_sbet(PartFile& file, std::size_t n, const std::function<SbetRecord(std::size_t)>& fill);
