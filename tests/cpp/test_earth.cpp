@@ -31,6 +31,37 @@ TEST(Geodesy, ecef_round_trip_is_below_five_nanometres) {
   }
 }
 
+// Bowring's turns against their fixed point, in long double: where the heights of the round trip do not reach.
+TEST(Geodesy, latitude_settles_from_400_km_off_the_centre_to_a_million_kilometres) {
+  for (double radius : {400e3, 1000e3, 3000e3, 6350e3, 7000e3, 42e6, 1e9}) {
+    for (double angle = -90.0; angle <= 90.0; angle += 0.5) {
+      const Vector3d p(0.6 * radius * std::cos(angle * kDegToRad), -0.8 * radius * std::cos(angle * kDegToRad),
+                       radius * std::sin(angle * kDegToRad));
+      const long double f = wgs84::kFlattening, a = wgs84::kA, b = a * (1 - f), e2 = f * (2 - f);
+      const long double out = std::hypot<long double>(p.x(), p.y()), up = p.z();
+      long double beta = std::atan2(up, (1 - f) * out), lat = 0;
+      for (int turn = 0; turn < 30; ++turn) {
+        const long double s = std::sin(beta), c = std::cos(beta);
+        lat = std::atan2(up + e2 / (1 - e2) * b * s * s * s, out - e2 * a * c * c * c);
+        beta = std::atan2((1 - f) * std::sin(lat), std::cos(lat));
+      }
+      EXPECT_NEAR(geodetic_from_ecef(p).lat_rad, static_cast<double>(lat), 1e-15) << radius << " " << angle;
+    }
+  }
+}
+
+TEST(Geodesy, position_and_axes_found_together_are_those_found_alone) {
+  for (const Vector3d& p : {Vector3d(4e6, -3e6, 4.1e6), Vector3d(-6.4e6, 0, -10), Vector3d(0, 0, -6.36e6)}) {
+    const LocalFrame local = local_frame(p);
+    const Geodetic g = geodetic_from_ecef(p);
+    EXPECT_EQ(local.position.lat_rad, g.lat_rad);
+    EXPECT_EQ(local.position.lon_rad, g.lon_rad);
+    EXPECT_EQ(local.position.height_m, g.height_m);
+    EXPECT_EQ(local.C_n_e, C_n_e(p));
+    EXPECT_LT((local.C_n_e - C_n_e(g.lat_rad, g.lon_rad)).cwiseAbs().maxCoeff(), 4e-16);
+  }
+}
+
 TEST(Geodesy, known_points) {
   EXPECT_LT((ecef_from_geodetic({0, 0, 0}) - Vector3d(6378137.0, 0, 0)).norm(), 1e-9);
   EXPECT_NEAR(ecef_from_geodetic({kPi / 2, 0, 0}).z(), 6356752.3142451793, 2e-9);  // b, NGA.STND.0036 table 3.3

@@ -384,6 +384,27 @@ TEST(Solution, output_sigmas_follow_the_left_error) {
   J.rightCols(9).setZero();  // attitude of the axes by position: not part of a standard deviation of attitude
   const Vector3d expected = (J * belief.P * J.transpose()).diagonal().cwiseSqrt();
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(row.std_rpy_rad[i] / expected[i], 1.0, 1e-4);
+  const Matrix3d C_b_n = C_b_n_from_rpy({0.2, -0.3, 1.0});
+  const auto sigma = [&](int block) -> Vector3d {
+    return (C_b_n * belief.P.block<3, 3>(block, block) * C_b_n.transpose()).diagonal().cwiseSqrt();
+  };
+  EXPECT_LT((row.std_v_n_mps - sigma(kNu)).norm(), 1e-12 * row.std_v_n_mps.norm());
+  EXPECT_LT((row.std_p_n_m - sigma(kRho)).norm(), 1e-12 * row.std_p_n_m.norm());
+}
+
+TEST(Solution, output_is_finite_where_the_body_points_straight_up) {
+  std::mt19937 rng(8);
+  NavState<double> X = random_state(rng);
+  Matrix3d C_b_n;
+  C_b_n << 0, 0, 1, 0, 1, 0, -1, 0, 0;     // pitch of 90 degrees without a rounding
+  for (const double p : {0.0, kPi / 2}) {  // latitudes at which C_b_n comes back with and without a rounding
+    X.first.p = ecef_from_geodetic({p, 0.0, 100.0});
+    X.first.C = C_n_e(X.first.p) * C_b_n;
+    const NavRow row = nav_row(epoch_of(0, Belief<Model>{X, 1e-8 * random_covariance(rng)}));
+    EXPECT_NEAR(row.rpy_rad[1], kPi / 2, 1e-7);
+    EXPECT_TRUE(row.rpy_rad.allFinite() && row.std_rpy_rad.allFinite()) << p;
+    EXPECT_GT(row.std_rpy_rad[2], 1.0) << p;  // roll and heading are not told apart
+  }
 }
 
 TEST(Score, p_rms_is_the_root_of_the_mean_square) {

@@ -106,6 +106,11 @@ std::vector<GnssFix> typical_fixes(const std::vector<GnssFix>& fixes, const Rest
   return inside;
 }
 
+// The first sample of a prepared series whose interval ends after t.
+ImuSeries::const_iterator first_after(const ImuSeries& imu, double t_s) {
+  return std::upper_bound(imu.begin() + 1, imu.end(), t_s, [](double t, const ImuSample& s) { return t < s.t_s; });
+}
+
 bool calm(const Window& w, const RestLimits& limits) {
   return w.std_omega.maxCoeff() <= limits.gyro_std_rps && w.std_f.maxCoeff() <= limits.accel_std_mps2;
 }
@@ -161,10 +166,9 @@ RestStatistics rest_statistics(const ImuSeries& imu, const std::vector<GnssFix>&
   RestStatistics s;
   s.period = period;
   double samples = 0.0;
-  for (std::size_t k = 1; k < imu.size() && imu[k].t_s <= period.end_s; ++k) {
-    if (imu[k].t_s <= period.begin_s) continue;
-    s.mean_omega_ib_b += imu[k].omega_ib_b;
-    s.mean_f_ib_b += imu[k].f_ib_b;
+  for (auto sample = first_after(imu, period.begin_s); sample != imu.end() && sample->t_s <= period.end_s; ++sample) {
+    s.mean_omega_ib_b += sample->omega_ib_b;
+    s.mean_f_ib_b += sample->f_ib_b;
     samples += 1.0;
   }
   s.mean_omega_ib_b /= samples;
@@ -180,8 +184,7 @@ RestStatistics rest_statistics(const ImuSeries& imu, const std::vector<GnssFix>&
 
 std::vector<RestUpdate> rest_updates(const ImuSeries& imu, const RestPeriod& period, double interval_s) {
   std::vector<RestUpdate> updates;
-  const auto later = [](double t, const ImuSample& s) { return t < s.t_s; };
-  auto first = std::upper_bound(imu.begin() + 1, imu.end(), period.begin_s, later);
+  auto first = first_after(imu, period.begin_s);
   for (double begin = period.begin_s; begin + interval_s <= period.end_s + 1e-9; begin += interval_s) {
     const double end = begin + interval_s;
     RestUpdate u{end, interval_s, Vector3d::Zero(), Vector3d::Zero()};

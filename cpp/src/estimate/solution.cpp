@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/estimate/solution.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "liealign/core/units.hpp"
@@ -9,24 +10,34 @@
 
 namespace liealign {
 
+namespace {
+
+// Of A eps, eps ~ N(0, P): the roots of the diagonal of A P A^T.
+Vector3d sigmas(const Matrix3d& A, const Matrix3d& P) {
+  const Matrix3d AP = A * P;
+  return AP.cwiseProduct(A).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
+}
+
+}  // namespace
+
 NavRow nav_row(const Epoch& e) {
-  const Geodetic g = geodetic_from_ecef(e.X.first.p);
-  const Matrix3d C_e_n = C_n_e(g.lat_rad, g.lon_rad).transpose();
-  const Matrix3d C_b_n = C_e_n * e.X.first.C;
+  const LocalFrame local = local_frame(e.X.first.p);
+  const Matrix3d C_b_n = local.C_n_e.transpose() * e.X.first.C;
   NavRow row;
   row.t_s = e.t_s;
-  row.lat_rad = g.lat_rad;
-  row.lon_rad = g.lon_rad;
-  row.height_m = g.height_m;
-  row.v_n_mps = C_e_n * e.X.first.v;
+  row.lat_rad = local.position.lat_rad;
+  row.lon_rad = local.position.lon_rad;
+  row.height_m = local.position.height_m;
+  row.v_n_mps = local.C_n_e.transpose() * e.X.first.v;
   row.rpy_rad = rpy_from_C_b_n(C_b_n);
   if (row.rpy_rad[2] < 0.0) row.rpy_rad[2] += 2.0 * kPi;
   if (row.rpy_rad[2] >= 2.0 * kPi) row.rpy_rad[2] = 0.0;  // a rounding below zero
-  const auto sigmas = [](const Matrix3d& A, const Matrix3d& P) -> Vector3d {
-    return (A * P * A.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
-  };
-  const double sr = std::sin(row.rpy_rad[0]), cr = std::cos(row.rpy_rad[0]), cp = std::cos(row.rpy_rad[1]),
-               tp = std::tan(row.rpy_rad[1]);
+
+  // Sines and cosines of roll and pitch stand in the last row of C_b_n: (-s_p, s_r c_p, c_r c_p).
+  constexpr double kLeastCos = 1e-16;  // straight up or down: huge, but numbers
+  const double cp_sr = C_b_n(2, 1), cp_cr = C_b_n(2, 2);
+  const double cp = std::max(std::sqrt(cp_sr * cp_sr + cp_cr * cp_cr), kLeastCos);
+  const double sr = cp_sr / cp, cr = cp > kLeastCos ? cp_cr / cp : 1.0, tp = -C_b_n(2, 0) / cp;
   Matrix3d euler_by_phi;
   euler_by_phi << 1.0, sr * tp, cr * tp, 0.0, cr, -sr, 0.0, sr / cp, cr / cp;
   row.std_p_n_m = sigmas(C_b_n, e.P_rho);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "liealign/core/error.hpp"
 
@@ -19,72 +20,68 @@ double median_interval(const ImuSeries& log) {
   return *middle;
 }
 
-// Increments become rates; the one after a gap is taken over a usual interval, since the log lost the others.
-ImuSeries rates_of(const ImuSeries& log, ImuSampleKind kind, double median_dt, double max_gap_s) {
-  ImuSeries rates = log;
-  if (kind != ImuSampleKind::increment) return rates;
-  for (std::size_t k = 0; k < log.size(); ++k) {
-    const double since = k == 0 ? median_dt : log[k].t_s - log[k - 1].t_s;
-    const double dt = since > max_gap_s ? median_dt : since;
-    rates[k].omega_ib_b /= dt;
-    rates[k].f_ib_b /= dt;
-  }
-  return rates;
+// Of an increment, the sample at `since` seconds from the one before. The one after a gap is taken over a usual interval,
+// since the log lost the others.
+void make_rate(ImuSample& s, double since, double median_dt, double max_gap_s) {
+  const double dt = since > max_gap_s ? median_dt : since;
+  s.omega_ib_b /= dt;
+  s.f_ib_b /= dt;
 }
 
-// The mean over the interval that ends at sample k.
-ImuSample mean_over_interval(const ImuSeries& rates, std::size_t k, ImuSampleKind kind, bool gap) {
-  ImuSample s = rates[k];
-  if (kind == ImuSampleKind::instant || gap) {
-    s.omega_ib_b = 0.5 * (rates[k - 1].omega_ib_b + rates[k].omega_ib_b);
-    s.f_ib_b = 0.5 * (rates[k - 1].f_ib_b + rates[k].f_ib_b);
-  }
-  return s;
+// (Eq. 18) for the mean over dt, rate and force having slopes s_w and s_f.
+void add_coning_and_sculling(ImuSample& s, double dt, const Vector3d& s_w, const Vector3d& s_f) {
+  const ImuSample mean = s;
+  const double c = dt * dt / 12.0;
+  s.omega_ib_b += c * mean.omega_ib_b.cross(s_w);
+  s.f_ib_b += c * (mean.omega_ib_b.cross(s_f) + mean.f_ib_b.cross(s_w));
 }
 
 }  // namespace
 
-PreparedImu prepare_imu(const ImuSeries& raw, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s) {
-  if (raw.size() < 2) throw InputError("the IMU log has fewer than two samples");
+PreparedImu prepare_imu(ImuSeries log, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s) {
+  if (log.size() < 2) throw InputError("the IMU log has fewer than two samples");
   PreparedImu out;
-  out.median_dt_s = median_interval(raw);
+  out.median_dt_s = median_interval(log);
   if (max_gap_s < 1.5 * out.median_dt_s) {
     throw InputError("imu.max_gap_s is " + std::to_string(max_gap_s) + " s, but the IMU log has a sample every " +
                      std::to_string(out.median_dt_s) + " s; expected at least 1.5 times that");
   }
-  const ImuSeries log = rates_of(raw, kind, out.median_dt_s, max_gap_s);
-  out.samples.resize(log.size());
-  out.samples[0] = log[0];
-  ImuSample before = log[0];  // mean over the interval before, uncorrected, sensor axes
-  double before_dt = 0.0;     // 0: no slope can be formed
-  for (std::size_t k = 1; k < log.size(); ++k) {
-    const double dt = log[k].t_s - log[k - 1].t_s;
-    const bool gap = dt > max_gap_s;
-    if (gap) out.gaps.push_back({log[k - 1].t_s, log[k].t_s});
-    const ImuSample mean = mean_over_interval(log, k, kind, gap);
-    ImuSample& s = out.samples[k];
-    s = mean;
-    s.gap_s = gap ? dt : 0.0;
-    if (!gap) {
-      // Instants know their own slope; means take it from the middle of the interval before.
-      Vector3d s_w = Vector3d::Zero(), s_f = Vector3d::Zero();
-      if (kind == ImuSampleKind::instant) {
-        s_w = (log[k].omega_ib_b - log[k - 1].omega_ib_b) / dt;
-        s_f = (log[k].f_ib_b - log[k - 1].f_ib_b) / dt;
-      } else if (before_dt > 0.0) {
-        s_w = 2.0 * (mean.omega_ib_b - before.omega_ib_b) / (dt + before_dt);
-        s_f = 2.0 * (mean.f_ib_b - before.f_ib_b) / (dt + before_dt);
-      }
-      const double c = dt * dt / 12.0;
-      s.omega_ib_b += c * mean.omega_ib_b.cross(s_w);
-      s.f_ib_b += c * (mean.omega_ib_b.cross(s_f) + mean.f_ib_b.cross(s_w));
-    }
-    before = mean;
-    before_dt = gap ? 0.0 : dt;
-  }
-  for (ImuSample& s : out.samples) {
+  out.samples = std::move(log);
+  const auto in_body_axes = [&](ImuSample& s) {
     s.omega_ib_b = C_s_b * s.omega_ib_b;
     s.f_ib_b = C_s_b * s.f_ib_b;
+  };
+  ImuSample& first = out.samples[0];
+  if (kind == ImuSampleKind::increment) make_rate(first, out.median_dt_s, out.median_dt_s, max_gap_s);
+  ImuSample rate_before = first;  // as logged, sensor axes
+  ImuSample before = first;       // mean over the interval before, uncorrected, sensor axes
+  double before_dt = 0.0;         // 0: no slope can be formed
+  in_body_axes(first);
+  for (std::size_t k = 1; k < out.samples.size(); ++k) {
+    ImuSample& s = out.samples[k];
+    const double dt = s.t_s - rate_before.t_s;
+    const bool gap = dt > max_gap_s;
+    if (gap) out.gaps.push_back({rate_before.t_s, s.t_s});
+    if (kind == ImuSampleKind::increment) make_rate(s, dt, out.median_dt_s, max_gap_s);
+    const ImuSample rate = s;
+    if (kind == ImuSampleKind::instant || gap) {
+      s.omega_ib_b = 0.5 * (rate_before.omega_ib_b + rate.omega_ib_b);
+      s.f_ib_b = 0.5 * (rate_before.f_ib_b + rate.f_ib_b);
+    }
+    s.gap_s = gap ? dt : 0.0;
+    const ImuSample mean = s;
+    // Instants know their own slope; means take it from the middle of the interval before.
+    if (kind == ImuSampleKind::instant && !gap) {
+      add_coning_and_sculling(s, dt, (rate.omega_ib_b - rate_before.omega_ib_b) / dt,
+                              (rate.f_ib_b - rate_before.f_ib_b) / dt);
+    } else if (before_dt > 0.0 && !gap) {
+      add_coning_and_sculling(s, dt, 2.0 * (mean.omega_ib_b - before.omega_ib_b) / (dt + before_dt),
+                              2.0 * (mean.f_ib_b - before.f_ib_b) / (dt + before_dt));
+    }
+    in_body_axes(s);
+    rate_before = rate;
+    before = mean;
+    before_dt = gap ? 0.0 : dt;
   }
   return out;
 }

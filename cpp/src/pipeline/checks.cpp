@@ -24,17 +24,16 @@ double vertical_force_error(const ImuSeries& imu, const RestStatistics& rest, do
   constexpr double kWindow_s = 1.0, kLarge_rps = 0.5, kLevelling_rps = 0.1;
   const double g = rest.mean_f_ib_b.norm();
   const Vector<double, 2> roll_pitch = level(rest.mean_f_ib_b);
-  Matrix3d C_b_n = C_b_n_from_rpy({roll_pitch[0], roll_pitch[1], 0.0});
+  Vector3d down_b = C_b_n_from_rpy({roll_pitch[0], roll_pitch[1], 0.0}).row(2);  // all of C that e needs
   double squares = 0.0, windows = 0.0, down = 0.0, rates = 0.0, n = 0.0, window_end = rest.period.end_s + kWindow_s;
   for (std::size_t k = 1; k < imu.size(); ++k) {
     if (imu[k].t_s <= rest.period.end_s) continue;
     const double dt = imu[k].t_s - imu[k - 1].t_s;
     const Vector3d omega = imu[k].omega_ib_b - rest.mean_omega_ib_b;
     const Vector3d& f = imu[k].f_ib_b;
-    const Vector3d up_b = -C_b_n.row(2).transpose();
-    const Vector3d levelling = kLevelling_rps / std::max(f.norm(), 1.0) * f.cross(up_b);
-    C_b_n = C_b_n * gamma<0>(Vector3d(dt * (scale * omega + levelling)));
-    down += (C_b_n * f).z();
+    const Vector3d levelling = kLevelling_rps / std::max(f.norm(), 1.0) * down_b.cross(f);
+    down_b = gamma<0>(Vector3d(-dt * (scale * omega + levelling))) * down_b;
+    down += down_b.dot(f);
     rates += omega.norm();
     n += 1.0;
     if (imu[k].t_s < window_end) continue;

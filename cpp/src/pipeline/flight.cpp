@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
@@ -93,15 +94,14 @@ void make_fixes(const Flight& flight, PreparedFlight& out) {
   }
 }
 
-ImuSeries in_si(const ImuSeries& log, const Config& config) {
-  const double gyro = config.imu.gyro_unit == "dps" ? kDegToRad : 1.0;
-  const double accel = config.imu.accel_unit == "g" ? kStandardGravity : 1.0;
-  ImuSeries scaled = log;
-  for (ImuSample& s : scaled) {
+void make_si(ImuSeries& log, const ImuConfig& config) {
+  const double gyro = config.gyro_unit == "dps" ? kDegToRad : 1.0;
+  const double accel = config.accel_unit == "g" ? kStandardGravity : 1.0;
+  if (gyro == 1.0 && accel == 1.0) return;
+  for (ImuSample& s : log) {
     s.omega_ib_b *= gyro;
     s.f_ib_b *= accel;
   }
-  return scaled;
 }
 
 // Rates in deg/s taken for rad/s hide the rest as well: then it is looked for with limits as much larger.
@@ -231,7 +231,7 @@ Flight read_flight(const Config& config) {
   return flight;
 }
 
-PreparedFlight prepare_flight(const Flight& flight) {
+PreparedFlight prepare_flight(Flight flight) {
   const Config& config = flight.config;
   check_guess(config.align);
   PreparedFlight out;
@@ -244,8 +244,9 @@ PreparedFlight prepare_flight(const Flight& flight) {
 
   AlignmentProblem& problem = out.problem;
   FlightData& data = problem.data;
+  make_si(flight.imu, config.imu);
   PreparedImu imu =
-      prepare_imu(in_si(flight.imu, config), sample_kind(config), sensor_to_body(config), config.imu.max_gap_s);
+      prepare_imu(std::move(flight.imu), sample_kind(config), sensor_to_body(config), config.imu.max_gap_s);
   out.gaps = imu.gaps;
   out.imu_rate_hz = std::round(1e3 / imu.median_dt_s) / 1e3;  // stamps carry rounding; nobody needs more digits
   data.imu = std::move(imu.samples);

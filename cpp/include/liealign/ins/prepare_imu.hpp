@@ -27,8 +27,9 @@ struct PreparedImu {
 };
 
 // C_s_b turns the sensor's axes into body axes. A gap longer than max_gap_s [s] is bridged by the mean of its two
-// neighbours (the filter adds noise there). Throws InputError for fewer than two samples.
-PreparedImu prepare_imu(const ImuSeries& raw, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s);
+// neighbours (the filter adds noise there). Throws InputError for fewer than two samples. A log that is moved in becomes
+// the samples: none of it is copied.
+PreparedImu prepare_imu(ImuSeries log, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s);
 
 // Rate and specific force at the stamp of sample k of a prepared series: between the means before and after it, on the line through their
 // middles. `white_s` is the time over which their white noise averages: variance = N^2 / white_s.

@@ -44,6 +44,7 @@ struct PreparedFlight {
 };
 
 // Throws InputError when IMU and GNSS do not overlap or the flight does not begin at rest, ConfigError as above.
-PreparedFlight prepare_flight(const Flight& flight);
+// A flight that is moved in gives its IMU series, which is the bulk of it: prepare_flight(read_flight(config)) copies none.
+PreparedFlight prepare_flight(Flight flight);
 
 }  // namespace liealign
