@@ -116,7 +116,7 @@ void bind_pipeline(py::module_& m) {
           "The smoothed counterpart of filtered_at_events.")
       .def("innovations", &innovation_columns, "Arrays by name, one row per GNSS record; NaN where it was no update.")
       .def_property_readonly("p_rms_m", [](const Solution& s) { return s.score.p_rms(); })
-      .def_property_readonly("epochs", [](const Solution& s) { return s.smoothed.size(); });
+      .def_property_readonly("epochs", [](const Solution& s) { return s.digest.epochs; });
 
   m.def("process", &run, py::arg("flight"), py::arg("heading"), py::arg("progress") = py::none(),
         py::arg("keep_events") = false,

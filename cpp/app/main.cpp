@@ -187,9 +187,11 @@ int run(const CLI::App& cli, const Arguments& a) {
     return fail("the heading is \"" + heading.verdict + "\", --require-aligned demands \"aligned\": " + heading.advice,
                 kNotAligned);
   }
-  const Solution solution = process(flight, heading, progress_line("filtering and smoothing", a.quiet));
+  ResultFiles files(folder, flight, heading);
+  const Solution solution =
+      process(flight, heading, files.smoothed(), files.filtered(), progress_line("filtering and smoothing", a.quiet));
   stop_if_interrupted();
-  write_results(folder, flight, heading, solution);
+  files.finish(solution);
   remove_progress_line();
   if (a.quiet) return kDone;
   for (const TextLine& line : run_text(flight, heading, solution, folder))

@@ -4,15 +4,12 @@
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <functional>
 
 #include "flights.hpp"
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
 #include "liealign/estimate/output_frame.hpp"
-#include "liealign/io/text_file.hpp"
 #include "liealign/pipeline/trajectory_files.hpp"
 
 namespace liealign {
@@ -202,22 +199,16 @@ std::vector<std::vector<double>> records(const std::string& bytes, std::size_t w
   return rows;
 }
 
-std::string written(const std::function<void(PartFile&)>& write) {
-  const std::string path = (std::filesystem::path(::testing::TempDir()) / "liealign_output_test.bin").string();
-  {
-    PartFile file(path);
-    write(file);
-    file.commit();
-  }
-  std::string bytes = read_text_file(path);
-  std::filesystem::remove(path);
-  return bytes;
+TrajectoryPart written(const PreparedFlight& flight, const std::vector<Epoch>& epochs, bool heading_std = true) {
+  TrajectoryPart part;
+  append_epochs(part, {.sbet = true}, flight, epochs, heading_std);
+  return part;
 }
 
 TEST(Sbet, acceleration_and_rate_are_the_derivatives_of_the_trajectory) {
   const Processed r = run([](OutputConfig& o) { o.boresight_deg = {10.0, -20.0, 90.0}; });
   const std::vector<Epoch>& epochs = r.solution.smoothed;
-  const auto rows = records(written([&](PartFile& f) { write_trajectory_sbet(f, r.prepared, epochs); }), 17);
+  const auto rows = records(written(r.prepared, epochs).sbet, 17);
   ASSERT_EQ(rows.size(), epochs.size());
   double sum_a = 0.0, sum_w = 0.0, largest_a = 0.0;
   for (std::size_t i = 1; i + 1 < rows.size(); ++i) {
@@ -239,8 +230,8 @@ TEST(Sbet, acceleration_and_rate_are_the_derivatives_of_the_trajectory) {
 TEST(Sbet, records_hold_what_trajectory_csv_holds) {
   const Processed& r = whole();
   const std::vector<Epoch>& epochs = r.solution.smoothed;
-  const auto sbet = records(written([&](PartFile& f) { write_trajectory_sbet(f, r.prepared, epochs); }), 17);
-  const auto smrmsg = records(written([&](PartFile& f) { write_trajectory_smrmsg(f, epochs, true); }), 10);
+  const auto sbet = records(written(r.prepared, epochs).sbet, 17);
+  const auto smrmsg = records(written(r.prepared, epochs).smrmsg, 10);
   ASSERT_EQ(sbet.size(), smrmsg.size());
   for (std::size_t i = 0; i < sbet.size(); i += 97) {
     const NavRow row = nav_row(epochs[i]);
@@ -255,7 +246,7 @@ TEST(Sbet, records_hold_what_trajectory_csv_holds) {
     EXPECT_EQ(Vector3d(smrmsg[i].data() + 4), row.std_v_n_mps);
     EXPECT_NEAR(smrmsg[i][9], row.std_rpy_rad[2] * 180.0 / kPi * 60.0, 1e-12);
   }
-  const auto unknown = records(written([&](PartFile& f) { write_trajectory_smrmsg(f, epochs, false); }), 10);
+  const auto unknown = records(written(r.prepared, epochs, false).smrmsg, 10);
   EXPECT_EQ(unknown.front()[9], 10800.0);
 }
 

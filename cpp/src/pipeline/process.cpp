@@ -8,7 +8,9 @@
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
+#include "liealign/estimate/interval_smoother.hpp"
 #include "liealign/estimate/output_frame.hpp"
+#include "liealign/estimate/parts.hpp"
 #include "liealign/estimate/smoother.hpp"
 #include "liealign/pipeline/settings.hpp"
 
@@ -51,6 +53,11 @@ struct Output {
     return !config.rate_hz || k == 0 || step(t) > step(imu[k - 1].t_s);
   }
 
+  // Another point's needs the covariances with the biases as well.
+  Epoch epoch(std::size_t k, const InsideInterval& inside, const Preintegrated<double>& pre) const {
+    return frame.is_imu() ? epoch_of(imu[k].t_s, inside.nav_at(pre)) : epoch(k, inside.at(pre));
+  }
+
   Epoch epoch(std::size_t k, const Belief<Model>& belief) const {
     if (frame.is_imu()) return epoch_of(imu[k].t_s, belief);
     const ImuAtStamp at = imu_at_stamp(imu, k);
@@ -58,49 +65,207 @@ struct Output {
   }
 };
 
-// Keeps what the backward pass and the output need of the forward pass.
-struct ForwardRecorder : SilentVisitor<Model> {
+// A trajectory on its way to its sink, in the order of time.
+struct Parts {
+  const Output& output;
+  const EpochSink& sink;
+  bool wanted;
+  std::vector<std::vector<Epoch>> epochs = std::vector<std::vector<Epoch>>(part_slots());
+
+  template <typename... What>
+  void add(std::size_t slot, std::size_t k, const What&... what) {
+    if (wanted && output.wanted(k)) epochs[slot].push_back(output.epoch(k, what...));
+  }
+  void make(std::size_t slot) const { sink.make(slot, epochs[slot]); }
+  void take(std::size_t slot) {
+    sink.take(slot);
+    epochs[slot].clear();
+  }
+  // Of a pass on one thread: a part whenever there is enough of it, and at the end.
+  void hand_on(std::size_t at_least) {
+    if (!wanted || epochs[0].size() < at_least) return;
+    make(0);
+    take(0);
+  }
+};
+
+constexpr std::size_t kPartEpochs = 4096;
+
+// What both ways through the flight share.
+struct Run {
   const PreparedFlight& flight;
   const FilterOptions& filter;
   const Output& output;
+  Parts smoothed, filtered;
   const Progress& progress;
+  bool keep_events;
   Solution& solution;
-  std::vector<Checkpoint<Model>> checkpoints;
 
-  void add(std::size_t k, const Belief<Model>& belief) {
-    if (output.config.filtered && output.wanted(k)) solution.filtered.push_back(output.epoch(k, belief));
+  const FlightData& data() const { return flight.problem.data; }
+
+  // Of `of` passes that take about as long, pass number `pass`.
+  void report(std::size_t pass, std::size_t of, std::size_t done, std::size_t total) const {
+    if (progress && !progress(pass * total + done, of * total)) throw Cancelled("cancelled");
   }
 
-  void after(const Belief<Model>& belief, const NavTransition<double>&, std::size_t k, bool whole) {
-    if (whole) add(k, belief);
-  }
-
-  void updated(const Event& event, UpdateKind kind, const Innovation<double>& innovation) {
+  void record(const Event& event, UpdateKind kind, const Innovation<double>& innovation) const {
     solution.score.add(filter, kind, innovation);
     if (event.kind != Event::Kind::fix) return;
-    const GnssFix& fix = flight.problem.data.fixes[event.index];
+    const GnssFix& fix = data().fixes[event.index];
     FixRecord& record = solution.fixes[fix.record];
     const Matrix3d C_e_n = C_n_e(fix.p_ea_e).transpose();
     (kind == UpdateKind::position ? record.position : record.velocity) = fix_update(innovation, C_e_n);
   }
+};
+
+// The forward pass over intervals.
+struct IntervalRecorder {
+  Run& run;
+  std::vector<std::pair<std::size_t, Preintegrated<double>>> samples = {};  // inside the present interval
+
+  void updated(const Event& event, UpdateKind kind, const Innovation<double>& i) const { run.record(event, kind, i); }
+
+  void inside(std::size_t k, const Preintegrated<double>& pre) {
+    if (run.filtered.wanted) samples.emplace_back(k, pre);
+  }
+
+  void at_node(const ImuCursor& at, const Belief<Model>& belief) const {
+    if (run.data().imu[at.k - 1].t_s == at.t_s) run.filtered.add(0, at.k - 1, belief);
+  }
+
+  void node(const IntervalStep& step, const RunState& state) {
+    if (run.filtered.wanted && step.pre.T > 0.0) {
+      at_node(step.from, step.before);
+      const Vector<double, 6> half_walk = 0.5 * bias_variance(run.filter.dynamics.noise, step.pre.T);
+      const InsideInterval inside_it(step, half_walk, nullptr, run.filter.covariance_reset);
+      for (const auto& [k, pre] : samples) run.filtered.add(0, k, inside_it, pre);
+      samples.clear();
+      run.filtered.hand_on(kPartEpochs);
+    }
+    const std::size_t n = run.data().events.size();
+    if (state.next_event % (1 + n / 50) == 0) run.report(0, 3, state.next_event, n);
+  }
+};
+
+void by_intervals(Run& run, const Belief<Model>& belief, const ImuCursor& start) {
+  IntervalRecorder recorder{run};
+  const ForwardRun forward = run_forward(run.data(), run.filter, {belief, start, {0, start.t_s}, 0, true}, recorder);
+  recorder.at_node(forward.end.at, forward.end.belief);
+  run.filtered.hand_on(0);
+
+  struct EventPair {
+    Epoch filtered, smoothed;
+  };
+  std::vector<std::vector<EventPair>> events(part_slots());
+  SmootherSink sink;
+  sink.wanted = [&](std::size_t k) { return run.output.wanted(k); };
+  sink.epoch = [&](std::size_t slot, std::size_t k, const Belief<Model>& b) { run.smoothed.add(slot, k, b); };
+  sink.inside = [&](std::size_t slot, std::size_t k, const InsideInterval& inside, const Preintegrated<double>& pre) {
+    run.smoothed.add(slot, k, inside, pre);
+  };
+  sink.event = [&](std::size_t slot, double t_s, const Belief<Model>& filtered, const Belief<Model>& smoothed) {
+    if (run.keep_events) events[slot].push_back({epoch_of(t_s, filtered), epoch_of(t_s, smoothed)});
+  };
+  sink.made = [&](std::size_t slot) { run.smoothed.make(slot); };
+  sink.take = [&](std::size_t slot) {
+    for (const EventPair& pair : events[slot]) {
+      run.solution.filtered_at_events.push_back(pair.filtered);
+      run.solution.smoothed_at_events.push_back(pair.smoothed);
+    }
+    events[slot].clear();
+    run.smoothed.take(slot);
+  };
+  smooth_run(run.data(), run.filter, forward, sink, [&](std::size_t done, std::size_t total) {
+    run.report(0, 1, total / 2 + done, total + total / 2);
+    return true;
+  });
+}
+
+// The forward pass sample by sample, for mechanizations without a closed form over an interval.
+struct SampleRecorder : SilentVisitor<Model> {
+  Run& run;
+  std::vector<Checkpoint<Model>> checkpoints;
+
+  SampleRecorder(Run& of, Checkpoint<Model> start) : run(of), checkpoints{std::move(start)} {}
+
+  void after(const Belief<Model>& belief, const NavTransition<double>&, std::size_t k, bool whole) {
+    run.filtered.hand_on(kPartEpochs);
+    if (whole) run.filtered.add(0, k, belief);
+  }
+  void updated(const Event& event, UpdateKind kind, const Innovation<double>& i) const { run.record(event, kind, i); }
 
   void checkpoint(std::size_t i, const Belief<Model>& belief, const ImuCursor& cursor, const Model::State& X_predicted,
                   const Model::Covariance& P_predicted) {
     checkpoints.push_back({belief, cursor, {X_predicted, P_predicted}});
     // An event on the stamp of a sample: the filtered epoch there is the one after the update.
-    if (!solution.filtered.empty() && solution.filtered.back().t_s == cursor.t_s) {
-      solution.filtered.pop_back();
-      add(cursor.k - 1, belief);
+    std::vector<Epoch>& epochs = run.filtered.epochs[0];
+    if (!epochs.empty() && epochs.back().t_s == cursor.t_s) {
+      epochs.pop_back();
+      run.filtered.add(0, cursor.k - 1, belief);
     }
-    const std::size_t n = flight.problem.data.events.size();
-    if (progress && i % (1 + n / 50) == 0 && !progress(i, 2 * n)) throw Cancelled("cancelled");
+    const std::size_t n = run.data().events.size();
+    if (i % (1 + n / 50) == 0) run.report(0, 2, i, n);
+  }
+};
+
+// Latest first, so that the whole trajectory is held until it is turned round.
+void by_samples(Run& run, Belief<Model> belief, const ImuCursor& start) {
+  const ImuSeries& imu = run.data().imu;
+  SampleRecorder recorder(run, {belief, start, belief});
+  if (imu[start.k - 1].t_s == start.t_s) run.filtered.add(0, start.k - 1, belief);
+  forward_pass(run.data(), run.filter, belief, start, imu.back().t_s, recorder);
+  run.filtered.hand_on(0);
+
+  const std::vector<Checkpoint<Model>>& checkpoints = recorder.checkpoints;
+  const auto emit = [&](std::size_t k, const Belief<Model>& b) { run.smoothed.add(0, k, b); };
+  const auto at_event = [&](std::size_t i, const Belief<Model>& b) {
+    if (!run.keep_events) return;
+    run.solution.filtered_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, checkpoints[i].updated));
+    run.solution.smoothed_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, b));
+  };
+  smooth(Ekf<Model>{run.filter.dynamics, run.filter.covariance_reset}, run.data(), checkpoints, emit, at_event,
+         [&](std::size_t done, std::size_t total) {
+           run.report(1, 2, done, total);
+           return true;
+         });
+  for (std::vector<Epoch>* epochs :
+       {&run.smoothed.epochs[0], &run.solution.filtered_at_events, &run.solution.smoothed_at_events})
+    std::reverse(epochs->begin(), epochs->end());
+  run.smoothed.hand_on(0);
+}
+
+// Takes note of what passes.
+struct DigestOf {
+  TrajectoryDigest& digest;
+  std::size_t stride;
+
+  void take(const std::vector<Epoch>& epochs) const {
+    for (const Epoch& epoch : epochs) {
+      if (!epoch.X.first.p.allFinite()) throw NumericalError("the smoothed trajectory is not finite");
+      if (digest.epochs == 0) digest.begin_s = epoch.t_s;
+      if (digest.epochs++ % stride == 0) digest.sample.push_back(nav_row(epoch));
+      digest.end_s = epoch.t_s;
+    }
   }
 };
 
 }  // namespace
 
-Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress,
-                 bool keep_events) {
+void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink) {
+  std::vector<std::vector<Epoch>> parts(part_slots());
+  in_order((epochs.size() + kPartEpochs - 1) / kPartEpochs,
+           [&](std::size_t part, std::size_t slot) {
+             const auto at = [&](std::size_t i) {
+               return epochs.begin() + static_cast<std::ptrdiff_t>(std::min(i, epochs.size()));
+             };
+             parts[slot].assign(at(part * kPartEpochs), at((part + 1) * kPartEpochs));
+             sink.make(slot, parts[slot]);
+           },
+           [&](std::size_t, std::size_t slot) { sink.take(slot); });
+}
+
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
+                 const EpochSink& filtered, const Progress& progress, bool keep_events) {
   const AlignmentProblem& problem = flight.problem;
   const FlightData& data = problem.data;
   const FilterOptions filter = with_gates(flight.filter, heading.gate_scales);
@@ -111,36 +276,50 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
     solution.fixes.push_back({flight.record_time_s[i], flight.record_use[i], {}, {}});
   }
 
-  Belief<Model> belief = belief_at_rest(problem.rest, heading.heading_rad, solution.heading_std_initial_rad,
-                                        problem.initial, data.l_ba_b, flight.filter.dynamics.gravity);
   const ImuCursor start = cursor_at(data.imu, flight.t_begin_s);
-  ForwardRecorder recorder{{}, flight, filter, output, progress, solution, {{belief, start, belief}}};
-  if (data.imu[start.k - 1].t_s == start.t_s) recorder.add(start.k - 1, belief);
-  forward_pass(data, filter, belief, start, data.imu.back().t_s, recorder);
-  const std::vector<Checkpoint<Model>>& checkpoints = recorder.checkpoints;
+  std::size_t wanted = 0;
+  for (std::size_t k = start.k - 1; k < data.imu.size(); ++k) wanted += output.wanted(k) ? 1 : 0;
+  const DigestOf digest{solution.digest, 1 + wanted / 2000};
+  std::vector<const std::vector<Epoch>*> made(part_slots());
+  EpochSink noted;
+  noted.make = [&](std::size_t slot, const std::vector<Epoch>& epochs) {
+    made[slot] = &epochs;
+    smoothed.make(slot, epochs);
+  };
+  noted.take = [&](std::size_t slot) {
+    digest.take(*made[slot]);
+    smoothed.take(slot);
+  };
 
-  const Ekf<Model> ekf{flight.filter.dynamics, flight.filter.covariance_reset};
-  bool finite = true;
-  const auto emit = [&](std::size_t k, const Belief<Model>& b) {
-    finite = finite && b.X.first.p.allFinite();
-    if (output.wanted(k)) solution.smoothed.push_back(output.epoch(k, b));
-  };
-  const auto at_event = [&](std::size_t i, const Belief<Model>& b) {
-    if (!keep_events) return;
-    solution.filtered_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, checkpoints[i].updated));
-    solution.smoothed_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, b));
-  };
-  const Progress second_half = [&](std::size_t done, std::size_t total) {
-    return !progress || progress(total + done, 2 * total);
-  };
-  smooth(ekf, data, checkpoints, emit, at_event, second_half);
-  for (std::vector<Epoch>* epochs : {&solution.smoothed, &solution.filtered_at_events, &solution.smoothed_at_events})
-    std::reverse(epochs->begin(), epochs->end());
-  if (!finite) throw NumericalError("the smoothed trajectory is not finite");
-  if (solution.smoothed.empty()) {
+  const Belief<Model> belief = belief_at_rest(problem.rest, heading.heading_rad, solution.heading_std_initial_rad,
+                                              problem.initial, data.l_ba_b, flight.filter.dynamics.gravity);
+  Run run{flight,   filter,      output,  {output, noted, true}, {output, filtered, flight.config.output.filtered},
+          progress, keep_events, solution};
+  if (filter.dynamics.mechanization == Mechanization::exact) {
+    by_intervals(run, belief, start);
+  } else {
+    by_samples(run, belief, start);
+  }
+  if (solution.digest.epochs == 0) {
     throw InputError(
         "output.rate_hz leaves no epoch between output.start_time_s and output.stop_time_s; raise it, or drop it");
   }
+  return solution;
+}
+
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress,
+                 bool keep_events) {
+  std::vector<Epoch> smoothed, filtered;
+  const auto collect_into = [](std::vector<Epoch>& all, std::vector<const std::vector<Epoch>*>& made) {
+    return EpochSink{
+        [&made](std::size_t slot, const std::vector<Epoch>& epochs) { made[slot] = &epochs; },
+        [&made, &all](std::size_t slot) { all.insert(all.end(), made[slot]->begin(), made[slot]->end()); }};
+  };
+  std::vector<const std::vector<Epoch>*> smoothed_parts(part_slots()), filtered_parts(part_slots());
+  Solution solution = process(flight, heading, collect_into(smoothed, smoothed_parts),
+                              collect_into(filtered, filtered_parts), progress, keep_events);
+  solution.smoothed = std::move(smoothed);
+  solution.filtered = std::move(filtered);
   return solution;
 }
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
+#include "liealign/estimate/parts.hpp"
 #include "liealign/io/json.hpp"
 #include "liealign/io/text_file.hpp"
 #include "liealign/pipeline/config_files.hpp"
@@ -27,11 +27,10 @@ std::size_t count(const std::vector<FixRecord>& fixes, const std::string& word) 
       std::count_if(fixes.begin(), fixes.end(), [&](const FixRecord& f) { return verdict_word(f) == word; }));
 }
 
-// Median over the epochs of one output sigma.
-double median(const std::vector<Epoch>& epochs, double (*value)(const NavRow&)) {
-  std::vector<double> all;
-  const std::size_t stride = 1 + epochs.size() / 2000;  // a median needs no more
-  for (std::size_t i = 0; i < epochs.size(); i += stride) all.push_back(value(nav_row(epochs[i])));
+// Median over the trajectory of one output sigma.
+double median(const std::vector<NavRow>& rows, double (*value)(const NavRow&)) {
+  std::vector<double> all(rows.size());
+  std::transform(rows.begin(), rows.end(), all.begin(), value);
   const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
   std::nth_element(all.begin(), middle, all.end());
   return *middle;
@@ -136,10 +135,11 @@ Json summary(const PreparedFlight& flight, const HeadingResult& heading, const S
   json["heading_deg"] = heading.heading_rad * kRadToDeg;
   json["heading_std_deg"] = degrees(heading.sigma_rad);
   json["alignment_time_s"] = flight.problem.t_start_s;
-  json["begin_time_s"] = solution.smoothed.front().t_s;
-  json["end_time_s"] = solution.smoothed.back().t_s;
-  json["duration_s"] = solution.smoothed.back().t_s - solution.smoothed.front().t_s;
-  json["epochs"] = solution.smoothed.size();
+  const TrajectoryDigest& trajectory = solution.digest;
+  json["begin_time_s"] = trajectory.begin_s;
+  json["end_time_s"] = trajectory.end_s;
+  json["duration_s"] = trajectory.end_s - trajectory.begin_s;
+  json["epochs"] = trajectory.epochs;
   json["gps_week"] = flight.config.gnss.week;
   json["imu_rate_hz"] = flight.imu_rate_hz;
   json["imu_gaps"] = flight.gaps.size();
@@ -157,13 +157,13 @@ Json summary(const PreparedFlight& flight, const HeadingResult& heading, const S
   json["log_likelihood"] = -solution.score.negative_log_likelihood;
   json["heading_std_initial_deg"] = solution.heading_std_initial_rad * kRadToDeg;
   put_scales(json, flight);
-  const std::vector<Epoch>& smoothed = solution.smoothed;
+  const std::vector<NavRow>& rows = trajectory.sample;
   json["median_std_horizontal_m"] =
-      median(smoothed, [](const NavRow& r) { return std::hypot(r.std_p_n_m[0], r.std_p_n_m[1]); });
-  json["median_std_down_m"] = median(smoothed, [](const NavRow& r) { return r.std_p_n_m[2]; });
-  json["median_std_roll_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[0] * kRadToDeg; });
-  json["median_std_pitch_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[1] * kRadToDeg; });
-  json["median_std_heading_deg"] = median(smoothed, [](const NavRow& r) { return r.std_rpy_rad[2] * kRadToDeg; });
+      median(rows, [](const NavRow& r) { return std::hypot(r.std_p_n_m[0], r.std_p_n_m[1]); });
+  json["median_std_down_m"] = median(rows, [](const NavRow& r) { return r.std_p_n_m[2]; });
+  json["median_std_roll_deg"] = median(rows, [](const NavRow& r) { return r.std_rpy_rad[0] * kRadToDeg; });
+  json["median_std_pitch_deg"] = median(rows, [](const NavRow& r) { return r.std_rpy_rad[1] * kRadToDeg; });
+  json["median_std_heading_deg"] = median(rows, [](const NavRow& r) { return r.std_rpy_rad[2] * kRadToDeg; });
   json["warnings"] = run_warnings(flight, heading);
   return json;
 }
@@ -172,44 +172,90 @@ std::string summary_json(const PreparedFlight& flight, const HeadingResult& head
   return dump_json(summary(flight, heading, solution)) + "\n";
 }
 
-void write_results(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading,
-                   const Solution& solution) {
+ResultFiles::ResultFiles(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading)
+    : folder_(folder),
+      flight_(flight),
+      heading_(heading),
+      smoothed_parts_(part_slots()),
+      filtered_parts_(part_slots()) {
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
   if (failure) throw InputError(folder + ": the folder cannot be made: " + failure.message());
-  const std::filesystem::path at(folder);
-  const std::vector<Epoch>& smoothed = solution.smoothed;
-  const bool heading_std = states_heading_std(heading);
   const std::vector<std::string>& formats = flight.config.output.formats;
   const auto wants = [&](const char* format) {
     return std::find(formats.begin(), formats.end(), format) != formats.end();
   };
-
-  // All of them are written before the first replaces one of an earlier run.
-  std::map<std::string, PartFile> files;
-  const auto part = [&](const char* name) -> PartFile& {
-    return files.try_emplace(name, (at / name).string()).first->second;
-  };
-  if (wants("csv")) write_trajectory_csv(part("trajectory.csv"), smoothed, heading_std);
-  if (wants("sbet")) {
-    write_trajectory_sbet(part("trajectory.sbet"), flight, smoothed);
-    write_trajectory_smrmsg(part("trajectory.smrmsg"), smoothed, heading_std);
-    part("trajectory.sbet.json").write(dump_json(sbet_side_file(flight, smoothed, heading_std)) + "\n");
+  text_ = {wants("csv"), true, wants("sbet")};
+  if (text_.csv) begin_table("trajectory.csv", trajectory_columns());
+  if (text_.sbet) {
+    part("trajectory.sbet");
+    part("trajectory.smrmsg");
   }
-  if (!solution.filtered.empty()) write_trajectory_csv(part("filtered.csv"), solution.filtered, heading_std);
-  write_biases_csv(part("biases.csv"), smoothed);
+  if (flight.config.output.filtered) begin_table("filtered.csv", trajectory_columns());
+  begin_table("biases.csv", bias_columns());
+}
+
+PartFile& ResultFiles::part(const char* name) {
+  return files_.try_emplace(name, (std::filesystem::path(folder_) / name).string()).first->second;
+}
+
+void ResultFiles::begin_table(const char* name, const std::vector<CsvColumn>& columns) {
+  std::string header;
+  append_csv_header(header, columns);
+  part(name).write(header);
+}
+
+EpochSink ResultFiles::smoothed() {
+  return {[this](std::size_t slot, const std::vector<Epoch>& epochs) {
+            append_epochs(smoothed_parts_[slot], text_, flight_, epochs, states_heading_std(heading_));
+          },
+          [this](std::size_t slot) {
+            TrajectoryPart& made = smoothed_parts_[slot];
+            for (auto [name, bytes] :
+                 {std::pair{"trajectory.csv", &made.csv}, std::pair{"biases.csv", &made.biases},
+                  std::pair{"trajectory.sbet", &made.sbet}, std::pair{"trajectory.smrmsg", &made.smrmsg}}) {
+              if (!bytes->empty()) part(name).write(*bytes);
+              bytes->clear();
+            }
+          }};
+}
+
+EpochSink ResultFiles::filtered() {
+  return {[this](std::size_t slot, const std::vector<Epoch>& epochs) {
+            append_epochs(filtered_parts_[slot], {.csv = true}, flight_, epochs, states_heading_std(heading_));
+          },
+          [this](std::size_t slot) {
+            part("filtered.csv").write(filtered_parts_[slot].csv);
+            filtered_parts_[slot].csv.clear();
+          }};
+}
+
+void ResultFiles::finish(const Solution& solution) {
+  if (text_.sbet) {
+    part("trajectory.sbet.json")
+        .write(dump_json(sbet_side_file(flight_, solution.digest, states_heading_std(heading_))) + "\n");
+  }
   write_innovations_csv(part("innovations.csv"), solution.fixes);
-  part("alignment.json").write(alignment_json(flight, heading));
-  part("summary.json").write(summary_json(flight, heading, solution));
-  part("config.toml").write(dump_config(files_relative_to(folder, flight.config)));
-  for (auto& [name, file] : files) file.finish();
-  for (auto& [name, file] : files) file.commit();
+  part("alignment.json").write(alignment_json(flight_, heading_));
+  part("summary.json").write(summary_json(flight_, heading_, solution));
+  part("config.toml").write(dump_config(files_relative_to(folder_, flight_.config)));
+  for (auto& [name, file] : files_) file.finish();
+  for (auto& [name, file] : files_) file.commit();
 
   // What an earlier run left would not belong to these results.
+  std::error_code failure;
   for (const char* name : {"trajectory.csv", "trajectory.sbet", "trajectory.smrmsg", "trajectory.sbet.json",
                            "filtered.csv", "report.html"}) {
-    if (!files.contains(name)) std::filesystem::remove(at / name, failure);
+    if (!files_.contains(name)) std::filesystem::remove(std::filesystem::path(folder_) / name, failure);
   }
+}
+
+void write_results(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading,
+                   const Solution& solution) {
+  ResultFiles files(folder, flight, heading);
+  hand_on(solution.smoothed, files.smoothed());
+  hand_on(solution.filtered, files.filtered());
+  files.finish(solution);
 }
 
 }  // namespace liealign

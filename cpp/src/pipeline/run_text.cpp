@@ -62,7 +62,7 @@ std::vector<TextLine> run_text(const PreparedFlight& flight, const HeadingResult
                                 " deg roll, " + number("median_std_pitch_deg") + " deg pitch, " +
                                 number("median_std_heading_deg") + " deg heading"});
   lines.push_back({"span", number("begin_time_s") + " s to " + number("end_time_s") + " s, " +
-                               std::to_string(solution.smoothed.size()) + " epochs"});
+                               std::to_string(solution.digest.epochs) + " epochs"});
   const std::string trajectory = "/trajectory." + flight.config.output.formats.front();
   lines.push_back({"results", plain_path(folder + trajectory) + ", summary.json and the other files beside it"});
   return lines;

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/pipeline/trajectory_files.hpp"
 
+#include <array>
 #include <limits>
 
 #include "liealign/core/units.hpp"
 #include "liealign/earth/gravity.hpp"
-#include "liealign/io/csv.hpp"
 #include "liealign/io/sbet.hpp"
 #include "liealign/pipeline/results.hpp"
 #include "liealign/pipeline/settings.hpp"
@@ -14,6 +14,7 @@
 namespace liealign {
 namespace {
 
+constexpr std::size_t kTrajectoryColumns = 19, kBiasColumns = 13;
 constexpr double kRadToArcMinutes = 60.0 * kRadToDeg;
 constexpr double kUnknownHeading_arcmin = 180.0 * 60.0;
 
@@ -29,18 +30,6 @@ void put_update(double* cells, const std::optional<FixUpdate>& update) {
   cells[7] = update->weight;
 }
 
-// The number of the sample of each epoch, which stand in the same order on stamps of the IMU.
-std::vector<std::size_t> samples_of(const std::vector<Epoch>& epochs, const ImuSeries& imu) {
-  std::vector<std::size_t> samples;
-  samples.reserve(epochs.size());
-  std::size_t k = 0;
-  for (const Epoch& epoch : epochs) {
-    while (imu[k].t_s < epoch.t_s) ++k;
-    samples.push_back(k);
-  }
-  return samples;
-}
-
 // (Eq. 49) in body axes.
 struct BodyMotion {
   Vector3d a, omega;
@@ -52,35 +41,71 @@ BodyMotion body_motion(const ImuAtStamp& imu, const NavState<double>& X, const M
   return {imu.f_ib_b - b_a(X) + C_b_e.transpose() * pull, imu.omega_ib_b - b_g(X) - C_b_e.transpose() * omega_ie};
 }
 
+void append_csv(std::string& out, const std::vector<CsvColumn>& columns, const NavRow& row, bool heading_std) {
+  std::array<double, kTrajectoryColumns> c;
+  c[0] = row.t_s;
+  c[1] = row.lat_rad * kRadToDeg;
+  c[2] = row.lon_rad * kRadToDeg;
+  c[3] = row.height_m;
+  put3(&c[4], row.v_n_mps);
+  put3(&c[7], row.rpy_rad, kRadToDeg);
+  if (c[9] >= 360.0 - 5e-7) c[9] = 0.0;  // 360.000000 is not in [0, 360)
+  put3(&c[10], row.std_p_n_m);
+  put3(&c[13], row.std_v_n_mps);
+  put3(&c[16], row.std_rpy_rad, kRadToDeg);
+  if (!heading_std) c[18] = std::numeric_limits<double>::quiet_NaN();
+  append_csv_row(out, columns, c.data());
+}
+
+void append_biases(std::string& out, const std::vector<CsvColumn>& columns, const Epoch& epoch) {
+  std::array<double, kBiasColumns> c;
+  c[0] = epoch.t_s;
+  put3(&c[1], b_a(epoch.X));
+  put3(&c[4], b_g(epoch.X));
+  put3(&c[7], epoch.variance_b_a.cwiseMax(0.0).cwiseSqrt());
+  put3(&c[10], epoch.variance_b_g.cwiseMax(0.0).cwiseSqrt());
+  append_csv_row(out, columns, c.data());
+}
+
+SbetRecord sbet_record(const NavRow& row, const BodyMotion& motion, const Matrix3d& C_b_r) {
+  SbetRecord r{};
+  r.time_s = row.t_s;
+  r.lat_rad = row.lat_rad;
+  r.lon_rad = row.lon_rad;
+  r.height_m = row.height_m;
+  put3(r.v_mps, row.v_n_mps);
+  r.roll_rad = row.rpy_rad[0];
+  r.pitch_rad = row.rpy_rad[1];
+  r.platform_heading_rad = row.rpy_rad[2];
+  put3(r.a_b_mps2, C_b_r * motion.a);
+  put3(r.omega_b_rps, C_b_r * motion.omega);
+  return r;
+}
+
+SmrmsgRecord smrmsg_record(const NavRow& row, bool heading_std) {
+  SmrmsgRecord r{};
+  r.time_s = row.t_s;
+  put3(r.std_p_n_m, row.std_p_n_m);
+  put3(r.std_v_n_mps, row.std_v_n_mps);
+  put3(r.std_rpy_arcmin, row.std_rpy_rad, kRadToArcMinutes);
+  if (!heading_std) r.std_rpy_arcmin[2] = kUnknownHeading_arcmin;
+  return r;
+}
+
 }  // namespace
 
 bool states_heading_std(const HeadingResult& heading) {
   return heading.verdict == "aligned" || heading.verdict == "weak";
 }
 
-void write_trajectory_csv(PartFile& file, const std::vector<Epoch>& epochs, bool heading_std) {
-  const std::vector<CsvColumn> columns = {
-      {"time_s", 6},     {"lat_deg", 11},     {"lon_deg", 11},      {"height_m", 5},       {"vn_mps", 6},
-      {"ve_mps", 6},     {"vd_mps", 6},       {"roll_deg", 6},      {"pitch_deg", 6},      {"heading_deg", 6},
-      {"std_n_m", 5},    {"std_e_m", 5},      {"std_d_m", 5},       {"std_vn_mps", 6},     {"std_ve_mps", 6},
-      {"std_vd_mps", 6}, {"std_roll_deg", 6}, {"std_pitch_deg", 6}, {"std_heading_deg", 6}};
-  write_csv(file, columns, epochs.size(), [&](std::size_t i, double* c) {
-    const NavRow row = nav_row(epochs[i]);
-    c[0] = row.t_s;
-    c[1] = row.lat_rad * kRadToDeg;
-    c[2] = row.lon_rad * kRadToDeg;
-    c[3] = row.height_m;
-    put3(c + 4, row.v_n_mps);
-    put3(c + 7, row.rpy_rad, kRadToDeg);
-    if (c[9] >= 360.0 - 5e-7) c[9] = 0.0;  // 360.000000 is not in [0, 360)
-    put3(c + 10, row.std_p_n_m);
-    put3(c + 13, row.std_v_n_mps);
-    put3(c + 16, row.std_rpy_rad, kRadToDeg);
-    if (!heading_std) c[18] = std::numeric_limits<double>::quiet_NaN();
-  });
+std::vector<CsvColumn> trajectory_columns() {
+  return {{"time_s", 6},     {"lat_deg", 11},     {"lon_deg", 11},      {"height_m", 5},       {"vn_mps", 6},
+          {"ve_mps", 6},     {"vd_mps", 6},       {"roll_deg", 6},      {"pitch_deg", 6},      {"heading_deg", 6},
+          {"std_n_m", 5},    {"std_e_m", 5},      {"std_d_m", 5},       {"std_vn_mps", 6},     {"std_ve_mps", 6},
+          {"std_vd_mps", 6}, {"std_roll_deg", 6}, {"std_pitch_deg", 6}, {"std_heading_deg", 6}};
 }
 
-void write_biases_csv(PartFile& file, const std::vector<Epoch>& epochs) {
+std::vector<CsvColumn> bias_columns() {
   std::vector<CsvColumn> columns = {{"time_s", 6}};
   for (const char* prefix : {"", "std_"}) {
     for (const char* axis : {"x", "y", "z"})
@@ -88,13 +113,27 @@ void write_biases_csv(PartFile& file, const std::vector<Epoch>& epochs) {
     for (const char* axis : {"x", "y", "z"})
       columns.push_back({std::string(prefix) + "gyro_bias_" + axis + "_rps", 10});
   }
-  write_csv(file, columns, epochs.size(), [&](std::size_t i, double* c) {
-    c[0] = epochs[i].t_s;
-    put3(c + 1, b_a(epochs[i].X));
-    put3(c + 4, b_g(epochs[i].X));
-    put3(c + 7, epochs[i].variance_b_a.cwiseMax(0.0).cwiseSqrt());
-    put3(c + 10, epochs[i].variance_b_g.cwiseMax(0.0).cwiseSqrt());
-  });
+  return columns;
+}
+
+void append_epochs(TrajectoryPart& part, const TrajectoryText& wanted, const PreparedFlight& flight,
+                   const std::vector<Epoch>& epochs, bool heading_std) {
+  static const std::vector<CsvColumn> csv = trajectory_columns(), biases = bias_columns();
+  const ImuSeries& imu = flight.problem.data.imu;
+  const Matrix3d C_b_r = output_frame(flight.config).C_r_b.transpose();
+  std::size_t k = epochs.empty() ? 0 : cursor_at(imu, epochs.front().t_s).k - 1;
+  for (const Epoch& epoch : epochs) {
+    if (wanted.biases) append_biases(part.biases, biases, epoch);
+    if (!wanted.csv && !wanted.sbet) continue;
+    const NavRow row = nav_row(epoch);
+    if (wanted.csv) append_csv(part.csv, csv, row, heading_std);
+    if (!wanted.sbet) continue;
+    while (imu[k].t_s < epoch.t_s) ++k;
+    const BodyMotion motion =
+        body_motion(imu_at_stamp(imu, k), epoch.X, epoch.X.first.C * C_b_r, flight.filter.dynamics.gravity);
+    append_sbet(part.sbet, sbet_record(row, motion, C_b_r));
+    append_smrmsg(part.smrmsg, smrmsg_record(row, heading_std));
+  }
 }
 
 void write_innovations_csv(PartFile& file, const std::vector<FixRecord>& fixes) {
@@ -111,51 +150,15 @@ void write_innovations_csv(PartFile& file, const std::vector<FixRecord>& fixes) 
   write_csv(file, columns, fixes.size(), fill, {"verdict", [&](std::size_t i) { return verdict_word(fixes[i]); }});
 }
 
-void write_trajectory_sbet(PartFile& file, const PreparedFlight& flight, const std::vector<Epoch>& epochs) {
-  const ImuSeries& imu = flight.problem.data.imu;
-  const std::vector<std::size_t> samples = samples_of(epochs, imu);
-  const Matrix3d C_b_r = output_frame(flight.config).C_r_b.transpose();
-  write_sbet(file, epochs.size(), [&](std::size_t i) {
-    const NavRow row = nav_row(epochs[i]);
-    const BodyMotion motion = body_motion(imu_at_stamp(imu, samples[i]), epochs[i].X, epochs[i].X.first.C * C_b_r,
-                                          flight.filter.dynamics.gravity);
-    SbetRecord r{};
-    r.time_s = row.t_s;
-    r.lat_rad = row.lat_rad;
-    r.lon_rad = row.lon_rad;
-    r.height_m = row.height_m;
-    put3(r.v_mps, row.v_n_mps);
-    r.roll_rad = row.rpy_rad[0];
-    r.pitch_rad = row.rpy_rad[1];
-    r.platform_heading_rad = row.rpy_rad[2];
-    put3(r.a_b_mps2, C_b_r * motion.a);
-    put3(r.omega_b_rps, C_b_r * motion.omega);
-    return r;
-  });
-}
-
-void write_trajectory_smrmsg(PartFile& file, const std::vector<Epoch>& epochs, bool heading_std) {
-  write_smrmsg(file, epochs.size(), [&](std::size_t i) {
-    const NavRow row = nav_row(epochs[i]);
-    SmrmsgRecord r{};
-    r.time_s = row.t_s;
-    put3(r.std_p_n_m, row.std_p_n_m);
-    put3(r.std_v_n_mps, row.std_v_n_mps);
-    put3(r.std_rpy_arcmin, row.std_rpy_rad, kRadToArcMinutes);
-    if (!heading_std) r.std_rpy_arcmin[2] = kUnknownHeading_arcmin;
-    return r;
-  });
-}
-
-Json sbet_side_file(const PreparedFlight& flight, const std::vector<Epoch>& epochs, bool heading_std) {
+Json sbet_side_file(const PreparedFlight& flight, const TrajectoryDigest& trajectory, bool heading_std) {
   const OutputConfig& output = flight.config.output;
   Json json;
   json["gps_week"] = flight.config.gnss.week;
   json["time_scale"] = "GPST";
   json["time"] = "seconds since the start of gps_week, on past its end; as the clock of the IMU log counts them";
-  json["begin_time_s"] = epochs.front().t_s;
-  json["end_time_s"] = epochs.back().t_s;
-  json["records"] = epochs.size();
+  json["begin_time_s"] = trajectory.begin_s;
+  json["end_time_s"] = trajectory.end_s;
+  json["records"] = trajectory.epochs;
   json["datum"] = "that of the GNSS positions, on the ellipsoid WGS 84";
   json["height"] = "above the ellipsoid";
   json["velocity_axes"] = "north, east, down";

@@ -15,8 +15,8 @@
 #include "liealign/core/error.hpp"
 #include "liealign/estimate/gating.hpp"
 #include "liealign/ins/imu.hpp"
+#include "liealign/ins/interval_error.hpp"
 #include "liealign/ins/mechanization.hpp"
-#include "liealign/ins/preintegration.hpp"
 
 namespace liealign {
 
@@ -45,11 +45,21 @@ struct Dynamics {
   ImuNoise noise;
 };
 
-// Variance of the mean input over dt: N^2 / dt (accelerometer first, as the biases); inside a gap of length T also
-// sigma_gap^2 T / dt, which adds up to sigma_gap^2 over the gap however fixes split it.
+// Density of the white noise of accelerometer and gyro, N^2; inside a gap of length T sigma_gap^2 T more, which adds up to
+// sigma_gap^2 T^2 over the gap however fixes split it.
+struct WhiteDensity {
+  double accel, gyro;  // (m/s^2)^2 s, (rad/s)^2 s
+};
+
+inline WhiteDensity white_density(const ImuNoise& n, double gap_s) {
+  return {n.accel_vrw * n.accel_vrw + n.accel_gap_mps2 * n.accel_gap_mps2 * gap_s,
+          n.gyro_arw * n.gyro_arw + n.gyro_gap_rps * n.gyro_gap_rps * gap_s};
+}
+
+// Variance of the mean input over dt (accelerometer first, as the biases).
 inline Vector<double, 6> input_variance(const ImuNoise& n, double dt, double gap_s = 0.0) {
-  const double a = n.accel_vrw * n.accel_vrw / dt + n.accel_gap_mps2 * n.accel_gap_mps2 * gap_s / dt;
-  const double g = n.gyro_arw * n.gyro_arw / dt + n.gyro_gap_rps * n.gyro_gap_rps * gap_s / dt;
+  const WhiteDensity d = white_density(n, gap_s);
+  const double a = d.accel / dt, g = d.gyro / dt;
   return (Vector<double, 6>() << a, a, a, g, g, g).finished();
 }
 
@@ -78,12 +88,21 @@ struct Ekf {
     return t;
   }
 
-  // The same over a preintegrated interval whose samples were corrected by the biases b_0 (exact mechanization).
-  void predict(Belief<Model>& belief, const Preintegrated<Scalar>& pre, const Vector<Scalar, kBias>& b_0) const {
-    const SE23<Scalar> before = belief.X.first;
+  // The same over a preintegrated interval whose samples were corrected by the biases b_0 (exact mechanization). Returns
+  // what gravitation did.
+  IntervalPull<Scalar> predict(Belief<Model>& belief, const Preintegrated<Scalar>& pre,
+                               const Vector<Scalar, kBias>& b_0) const {
     const SE23<Scalar> d = increments<Scalar>(pre, belief.X.second.x - b_0);
-    advance_interval(belief.X.first, d, pre.T, dynamics.gravity);
-    propagate_covariance(belief.P, interval_transition(before, belief.X.first, d, pre), pre.T);
+    const StartAxes<Scalar> axes(belief.X.first, pre.T);
+    propagate_interval<Scalar>(belief.P, axes, d, pre, half_walk(pre.T));
+    const IntervalPull<Scalar> pull(belief.X.first, d, pre.T, dynamics.gravity);
+    belief.X.first = advance_interval(belief.X.first, d, pre.T, pull);
+    return pull;
+  }
+
+  // What each bias gains in one half of an interval of T seconds.
+  Vector<Scalar, kBias> half_walk(double T) const {
+    return (0.5 * bias_variance(dynamics.noise, T)).template cast<Scalar>();
   }
 
   // z, S, zeta of a residual z = y - h(X) with measurement covariance R, at the belief as it is.
@@ -92,7 +111,7 @@ struct Ekf {
                               const Matrix3d& R) const {
     Innovation<Scalar> innovation;
     innovation.z = z;
-    innovation.S = H * belief.P * H.transpose() + R.cast<Scalar>();
+    innovation.S = H.lazyProduct(times_transposed(belief.P, H)) + R.cast<Scalar>();
     const Eigen::LLT<Matrix3<Scalar>> llt(innovation.S);
     if (llt.info() != Eigen::Success || !z.allFinite()) {
       throw NumericalError("filter: the innovation covariance is not positive definite or the state is not finite");
@@ -111,17 +130,25 @@ struct Ekf {
                          : weight < Scalar(1) ? Verdict::weighted
                                               : Verdict::used;
     if (innovation.verdict == Verdict::rejected) return;
-    const Eigen::Matrix<Scalar, 3, Model::Dim> HP = H * belief.P;
-    const Eigen::Matrix<Scalar, Model::Dim, 3> K = weight * innovation.S.llt().solve(HP).transpose();
-    const typename Model::Tangent eps = K * innovation.z;
+    // As columns of sixteen rows, the last one zero: whole registers, and rank-three updates in the place of dense products.
+    Rows16 P;
+    P.template topRows<Model::Dim>() = belief.P;
+    P.row(Model::Dim).setZero();
+    const Tall PHt = times_transposed(P, H);
+    const Tall K = weight * innovation.S.llt().solve(PHt.transpose()).transpose();
+    const typename Model::Tangent eps = K.template topRows<Model::Dim>().lazyProduct(innovation.z);
     belief.X = Model::retract(belief.X, eps);
-    const Covariance I_KH = Covariance::Identity() - K * H;
-    belief.P = (I_KH * belief.P * I_KH.transpose() + K * R.cast<Scalar>() * K.transpose()).eval();
+    P -= K.lazyProduct(PHt.template topRows<Model::Dim>().transpose());
+    const Tall U = times_transposed(P, H) - Tall(K.lazyProduct(R.cast<Scalar>()));
+    P -= U.lazyProduct(K.template topRows<Model::Dim>().transpose());
     if (covariance_reset) {
-      const Covariance J = Model::right_jacobian(eps);
-      belief.P = (J * belief.P * J.transpose()).eval();
+      const typename Model::Reset J(eps);
+      J.columns(P);
+      transpose(P);
+      J.columns(P);
     }
-    symmetrise(belief.P);
+    for (int j = 0; j < Model::Dim; ++j)
+      for (int i = 0; i < Model::Dim; ++i) belief.P(i, j) = Scalar(0.5) * (P(i, j) + P(j, i));
   }
 
   // P <- [F B; 0 I] P [F B; 0 I]^T + [B Sigma B^T, 0; 0, Q_b], with the zeros and identities used.
@@ -142,27 +169,30 @@ struct Ekf {
     symmetrise(P);
   }
 
-  // The same over a whole interval of T seconds: P <- [F B; 0 I] P [F B; 0 I]^T + [Q, 0; 0, Q_b]. The biases walk on half
-  // before and half after it, which leaves the mean of their products with the rest right.
-  void propagate_covariance(Covariance& P, const IntervalTransition<Scalar>& i, double T) const {
-    const Vector<Scalar, kBias> half_walk = (0.5 * bias_variance(dynamics.noise, T)).template cast<Scalar>();
-    P.diagonal().template tail<kBias>() += half_walk;
-    const SquareMatrix<Scalar, kNav> P_nn = P.template topLeftCorner<kNav, kNav>();
-    const Eigen::Matrix<Scalar, kNav, kBias> P_nb = P.template topRightCorner<kNav, kBias>();
-    const SquareMatrix<Scalar, kBias> P_bb = P.template bottomRightCorner<kBias, kBias>();
-    const Eigen::Matrix<Scalar, kNav, kBias> P_nb_next = i.t.F * P_nb + i.t.B * P_bb;
-    const SquareMatrix<Scalar, kNav> half = P_nn * i.t.F.transpose() + P_nb * i.t.B.transpose();
-    P.template topLeftCorner<kNav, kNav>() = i.t.F * half + P_nb_next * i.t.B.transpose() + i.Q;
-    P.template topRightCorner<kNav, kBias>() = P_nb_next;
-    P.template bottomLeftCorner<kBias, kNav>() = P_nb_next.transpose();
-    P.diagonal().template tail<kBias>() += half_walk;
-    symmetrise(P);
-  }
-
   // The one place where a covariance is made symmetric again.
   static void symmetrise(Covariance& P) { P = (Scalar(0.5) * (P + P.transpose())).eval(); }
 
  private:
+  using Rows16 = Eigen::Matrix<Scalar, Model::Dim + 1, Model::Dim>;
+  using Tall = Eigen::Matrix<Scalar, Model::Dim + 1, 3>;
+
+  // M H^T. A measurement sees two or three of the five blocks of the error, the others are left out.
+  template <int rows>
+  static Eigen::Matrix<Scalar, rows, 3> times_transposed(const Eigen::Matrix<Scalar, rows, Model::Dim>& M,
+                                                         const MeasurementMatrix& H) {
+    Eigen::Matrix<Scalar, rows, 3> out = Eigen::Matrix<Scalar, rows, 3>::Zero();
+    for (int block = 0; block < Model::Dim; block += 3) {
+      const Matrix3<Scalar> H_block = H.template middleCols<3>(block);
+      if (!H_block.isZero(0.0)) out += M.template middleCols<3>(block).lazyProduct(H_block.transpose());
+    }
+    return out;
+  }
+
+  static void transpose(Rows16& M) {
+    for (int j = 1; j < Model::Dim; ++j)
+      for (int i = 0; i < j; ++i) std::swap(M(i, j), M(j, i));
+  }
+
   static Scalar half_log_det(const Eigen::LLT<Matrix3<Scalar>>& llt) {
     using std::log;
     Scalar sum(0);

@@ -49,6 +49,11 @@ inline ImuCursor cursor_at(const ImuSeries& imu, double t_s) {
   return {static_cast<std::size_t>(std::upper_bound(imu.begin() + 1, imu.end(), t_s, later) - imu.begin()), t_s};
 }
 
+// Of the sample that has led to the cursor, rad/s, as measured: on a stamp the cursor is already at the next one.
+inline Vector3d omega_at(const ImuSeries& imu, const ImuCursor& at) {
+  return imu[imu[at.k - 1].t_s == at.t_s ? at.k - 1 : at.k].omega_ib_b;
+}
+
 enum class UpdateKind { position, velocity, zero_velocity, zero_rate };
 
 // Moves the belief to t_target. visitor.before(belief) precedes each step, visitor.after(belief, transition, k, whole)
@@ -140,16 +145,35 @@ struct BySamples {
   void move_to(double t_target, const Ekf<Model>& ekf, Belief<Model>& belief, Visitor& visitor) {
     propagate_to(ekf, imu, t_target, at, belief, visitor);
   }
-  // Of the sample that has led here, as measured: on a stamp the cursor is already at the next one.
-  Vector3d omega() const { return imu[imu[at.k - 1].t_s == at.t_s ? at.k - 1 : at.k].omega_ib_b; }
+  Vector3d omega() const { return omega_at(imu, at); }
   ImuCursor cursor() const { return at; }
 };
 
-// Runs from where `motion` stands through all events up to t_end. Besides before() and after() of propagate_to the visitor
-// gets
-//   visitor.updated(event, kind, innovation)     after each update,
-//   visitor.checkpoint(event_index, belief, cursor, X_predicted, P_predicted)   after all updates of an event; P_predicted
-//     is the covariance the updates started from (enlarged where the filter yielded).
+// The updates of event i, with the gyros reading omega_ib_b [rad/s]. visitor.updated(event, kind, innovation) follows each.
+// P_predicted becomes the covariance they started from (enlarged where the filter yielded).
+template <typename Model, typename Visitor>
+void update_at_event(const Ekf<Model>& ekf, const FlightData& data, const FilterOptions& options, std::size_t i,
+                     const Vector3d& omega_ib_b, Reacquisition& reacquisition, Belief<Model>& belief,
+                     typename Model::Covariance& P_predicted, Visitor& visitor) {
+  const Event& event = data.events[i];
+  P_predicted = belief.P;
+  if (event.kind == Event::Kind::rest) {
+    rest_update(ekf, options, event, data.rests[event.index], belief, visitor);
+    reacquisition.last_inside_s = event.t_s;
+    return;
+  }
+  const GnssFix& fix = data.fixes[event.index];
+  visitor.updated(event, UpdateKind::position,
+                  position_update(ekf, options, data.l_ba_b, fix, reacquisition, belief, P_predicted));
+  if (!fix.has_velocity) return;
+  visitor.updated(event, UpdateKind::velocity,
+                  gated_update(ekf, options.velocity_gate, belief, fix.v_ea_e,
+                               Model::gnss_velocity(belief.X, data.l_ba_b, omega_ib_b), fix.R_v_e));
+}
+
+// Runs from where `motion` stands through all events up to t_end. Besides before() and after() of propagate_to and
+// updated() the visitor gets
+//   visitor.checkpoint(event_index, belief, cursor, X_predicted, P_predicted)   after all updates of an event.
 template <typename Motion, typename Model, typename Visitor>
 void forward_pass(Motion& motion, const FlightData& data, const FilterOptions& options, Belief<Model>& belief,
                   double t_end, Visitor& visitor) {
@@ -162,20 +186,8 @@ void forward_pass(Motion& motion, const FlightData& data, const FilterOptions& o
     if (event.t_s > t_end) break;
     motion.move_to(event.t_s, ekf, belief, visitor);
     const typename Model::State X_predicted = belief.X;
-    typename Model::Covariance P_predicted = belief.P;
-    if (event.kind == Event::Kind::fix) {
-      const GnssFix& fix = data.fixes[event.index];
-      visitor.updated(event, UpdateKind::position,
-                      position_update(ekf, options, data.l_ba_b, fix, reacquisition, belief, P_predicted));
-      if (fix.has_velocity) {
-        visitor.updated(event, UpdateKind::velocity,
-                        gated_update(ekf, options.velocity_gate, belief, fix.v_ea_e,
-                                     Model::gnss_velocity(belief.X, data.l_ba_b, motion.omega()), fix.R_v_e));
-      }
-    } else {
-      rest_update(ekf, options, event, data.rests[event.index], belief, visitor);
-      reacquisition.last_inside_s = event.t_s;
-    }
+    typename Model::Covariance P_predicted;
+    update_at_event(ekf, data, options, i, motion.omega(), reacquisition, belief, P_predicted, visitor);
     visitor.checkpoint(i, belief, motion.cursor(), X_predicted, P_predicted);
   }
 }

@@ -2,11 +2,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "liealign/estimate/forward.hpp"
 
 namespace liealign {
+
+// Where an interval that begins at from_s on the way to `stop_s` ends: over more than a second gravitation and the first
+// order of the biases would not hold. Pieces of one length, whoever resumes between them.
+inline double interval_end(double from_s, double stop_s) {
+  constexpr double kLongest_s = 1.0;
+  const double pieces = std::ceil((stop_s - from_s) / kLongest_s);
+  return pieces <= 1.0 ? stop_s : from_s + (stop_s - from_s) / pieces;
+}
+
+// The samples from `at` to end_s, corrected by the biases b (accelerometer first). inside(k, pre) is called on the stamp
+// of each sample k before the end.
+template <typename Inside>
+Preintegrated<double> preintegrate_to(double end_s, const ImuSeries& imu, const Vector<double, 6>& b,
+                                      const ImuNoise& noise, ImuCursor& at, Inside& inside) {
+  Preintegrated<double> pre;
+  while (at.k < imu.size() && at.t_s < end_s) {
+    const ImuSample& s = imu[at.k];
+    const double to = std::min(s.t_s, end_s), dt = to - at.t_s;
+    const WhiteDensity white = white_density(noise, s.gap_s);
+    pre.append({s.omega_ib_b - b.tail<3>(), s.f_ib_b - b.head<3>(), dt}, white.accel * dt, white.gyro * dt);
+    at.t_s = to;
+    if (to == s.t_s) {
+      if (to < end_s) inside(at.k, pre);
+      ++at.k;
+    }
+  }
+  return pre;
+}
 
 // Samples between two times.
 struct Interval {
@@ -21,9 +51,8 @@ struct IntervalSeries {
   Vector<double, 6> b_0 = Vector<double, 6>::Zero();  // the biases (accelerometer, gyro) the samples were corrected by
 };
 
-// Cuts at `stops` (ascending, inside the series; the first is the begin) and, where they are more than a second apart, in
-// between: over a second gravitation and the first order of the biases hold. Threads over the pieces; the result does not
-// depend on their number.
+// Cuts at `stops` (ascending, inside the series; the first is the begin) and, by interval_end, in between. Threads over
+// the pieces; the result does not depend on their number.
 IntervalSeries preintegrate(const ImuSeries& imu, const std::vector<double>& stops, const Vector<double, 6>& b_0,
                             const ImuNoise& noise);
 

@@ -20,6 +20,24 @@ struct LieModel {
 
   static State retract(const State& X, const Tangent& eps) { return X * State::exp(eps); }
   static Tangent local(const State& X_hat, const State& X) { return (X_hat.inverse() * X).log(); }
+  // M <- M J_r(eps)^T, M of any number of rows: the reset of the left error.
+  struct Reset {
+    typename SE23<Scalar>::JacobianBlocks blocks;
+
+    explicit Reset(const Tangent& eps)
+        : blocks(SE23<Scalar>::left_jacobian_blocks(-eps.template head<SE23<Scalar>::Dim>())) {}
+
+    template <typename Columns>
+    void columns(Columns& M) const {
+      using Block = Eigen::Matrix<Scalar, Columns::RowsAtCompileTime, 3>;
+      const Block phi = M.template middleCols<3>(kPhi), nu = M.template middleCols<3>(kNu),
+                  rho = M.template middleCols<3>(kRho);
+      const Matrix3<Scalar> Jt = blocks.J.transpose();
+      M.template middleCols<3>(kPhi) = phi.lazyProduct(Jt);
+      M.template middleCols<3>(kNu) = nu.lazyProduct(Jt) + phi.lazyProduct(blocks.Q_nu.transpose());
+      M.template middleCols<3>(kRho) = rho.lazyProduct(Jt) + phi.lazyProduct(blocks.Q_rho.transpose());
+    }
+  };
   static Covariance right_jacobian(const Tangent& eps) { return State::right_jacobian(eps); }
   static Covariance right_jacobian_inverse(const Tangent& eps) { return State::right_jacobian_inverse(eps); }
 

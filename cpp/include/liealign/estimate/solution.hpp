@@ -4,8 +4,7 @@
 
 #include <vector>
 
-#include "liealign/estimate/ekf.hpp"
-#include "liealign/estimate/lie_model.hpp"
+#include "liealign/estimate/inside_interval.hpp"
 
 namespace liealign {
 
@@ -25,6 +24,16 @@ inline Epoch epoch_of(double t_s, const Belief<LieModel<double>>& b) {
           b.P.block<3, 3>(kRho, kRho),
           b.P.diagonal().segment<3>(kBa),
           b.P.diagonal().segment<3>(kBg)};
+}
+
+inline Epoch epoch_of(double t_s, const NavBelief& b) {
+  return {t_s,
+          b.X,
+          b.P_nn.block<3, 3>(kPhi, kPhi),
+          b.P_nn.block<3, 3>(kNu, kNu),
+          b.P_nn.block<3, 3>(kRho, kRho),
+          b.P_bb.diagonal().head<3>(),
+          b.P_bb.diagonal().tail<3>()};
 }
 
 // An epoch in the terms of the output: geodetic, NED, Euler angles, one sigma. Angles in rad, lengths in m.

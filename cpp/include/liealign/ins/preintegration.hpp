@@ -65,7 +65,7 @@ struct Preintegrated {
 
     dp += step_p;
     dv += step_v;
-    dC = dC * gamma<0>(phi, a);
+    dC += cross_columns(E, u.omega_ib_b);  // C Gamma_0 = C + C Gamma_1 hat(phi)
     T += u.dt;
   }
 
@@ -76,19 +76,18 @@ struct Preintegrated {
     for (int i = 0; i < 3; ++i) out.col(i) = x.cross(M.col(i));
     return out;
   }
+  // M hat(x).
+  static Matrix3<Scalar> cross_columns(const Matrix3<Scalar>& M, const Vector3<Scalar>& x) {
+    Matrix3<Scalar> out;
+    for (int i = 0; i < 3; ++i) out.row(i) = M.row(i).cross(x);
+    return out;
+  }
   // Q += g hat(x) hat(y)^T + s I, with hat(x) hat(y)^T = x.y I - y x^T.
   static void add_outer(Matrix3<Scalar>& Q, const Scalar& g, const Vector3<Scalar>& x, const Vector3<Scalar>& y,
                         const Scalar& s) {
     Q -= (g * y) * x.transpose();
     Q.diagonal().array() += g * x.dot(y) + s;
   }
-};
-
-// The transition over a whole interval, with its noise.
-template <typename Scalar>
-struct IntervalTransition {
-  NavTransition<Scalar> t;
-  SquareMatrix<Scalar, 9> Q;
 };
 
 // The increments (dC, dv, dp) for the biases b_0 + delta_b (accelerometer first), b_0 those that the samples were corrected
@@ -101,82 +100,45 @@ SE23<Scalar> increments(const Preintegrated<Scalar>& pre, const Vector<Scalar, 6
   return SE23<Scalar>::exp(eta) * SE23<Scalar>{pre.dC, pre.dv, pre.dp};
 }
 
-// (Eq. 50). X becomes the state T [s] later; d from increments().
+// Gravitation along an interval of T seconds, a parabola through its values at the start, the middle and the end: what it
+// pulls by t [s] is what Simpson's rule gives at T.
 template <typename Scalar>
-void advance_interval(SE23<Scalar>& X, const SE23<Scalar>& d, double seconds, GravityModel model) {
+struct IntervalPull {
+  Vector3<Scalar> start = Vector3<Scalar>::Zero(), slope = start, bend = start;  // m/s^2, by t, by t^2
+
+  IntervalPull() = default;
+  // d from increments(); T above 0.
+  IntervalPull(const SE23<Scalar>& X, const SE23<Scalar>& d, double seconds, GravityModel model) {
+    const Scalar T(seconds), half(0.5);
+    const Vector3<Scalar> v_i = X.v + wgs84::omega_ie_e<Scalar>().cross(X.p), C_dp = X.C * d.p;
+    start = gravitation_e(X.p, model);
+    // The middle: the force as if constant over the interval.
+    const Vector3<Scalar> p_middle = X.p + half * T * v_i + Scalar(0.25) * (C_dp + half * T * T * start);
+    const Vector3<Scalar> p_end = X.p + T * v_i + C_dp + half * T * T * start;
+    const Vector3<Scalar> middle = gravitation_e(p_middle, model), end = gravitation_e(p_end, model);
+    slope = (Scalar(4) * middle - Scalar(3) * start - end) / T;
+    bend = Scalar(2) * (start - Scalar(2) * middle + end) / (T * T);
+  }
+
+  Vector3<Scalar> v(const Scalar& t) const { return t * (start + t * (Scalar(0.5) * slope + (t / Scalar(3)) * bend)); }
+  Vector3<Scalar> p(const Scalar& t) const {
+    return (t * t) * (Scalar(0.5) * start + (t / Scalar(6)) * (slope + Scalar(0.5) * t * bend));
+  }
+};
+
+// (Eq. 50). The state t [s] after X, t within the interval of `pull`; d the increments up to there.
+template <typename Scalar>
+SE23<Scalar> advance_interval(const SE23<Scalar>& X, const SE23<Scalar>& d, double seconds,
+                              const IntervalPull<Scalar>& pull) {
   const Vector3<Scalar> omega_ie = wgs84::omega_ie_e<Scalar>();
-  const Scalar T(seconds), half(0.5);
+  const Scalar t(seconds);
   const Vector3<Scalar> v_i = X.v + omega_ie.cross(X.p);
-  const Vector3<Scalar> C_dv = X.C * d.v, C_dp = X.C * d.p;
-  const Vector3<Scalar> gamma_0 = gravitation_e(X.p, model);
-  // The middle: the force as if constant over the interval.
-  const Vector3<Scalar> p_middle = X.p + half * T * v_i + Scalar(0.25) * (C_dp + half * T * T * gamma_0);
-  const Vector3<Scalar> p_end = X.p + T * v_i + C_dp + half * T * T * gamma_0;
-  const Vector3<Scalar> gamma_1 = gravitation_e(p_middle, model), gamma_2 = gravitation_e(p_end, model);
-  const Vector3<Scalar> pull_v = T / Scalar(6) * (gamma_0 + Scalar(4) * gamma_1 + gamma_2);
-  const Vector3<Scalar> pull_p = T * T / Scalar(6) * (gamma_0 + Scalar(2) * gamma_1);
-  const Matrix3<Scalar> R = gamma<0>(Vector3<Scalar>(-omega_ie * T));
-  X.C = R * X.C * d.C;
-  X.p = R * (X.p + T * v_i + C_dp + pull_p);
-  X.v = R * (v_i + C_dv + pull_v) - omega_ie.cross(X.p);
-}
-
-// Its transition in the left error (phi, nu, rho), from the attitudes at both ends and the increments d between them (an
-// uncorrected dv would be off in F by delta_b_a over g, and tilt and bias are told apart by less):
-//   eps'+ = Ad(dX^-1) Phi eps',  nu = nu' - hat(C^T omega_ie) rho at both ends,
-// Phi the drift of rho by nu' and of both by the gradient of gravitation.                     (Eq. 52)
-template <typename Scalar>
-IntervalTransition<Scalar> interval_transition(const SE23<Scalar>& X, const SE23<Scalar>& next, const SE23<Scalar>& d,
-                                               const Preintegrated<Scalar>& pre) {
-  constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho, kBa = 0, kBg = 3;
-  const Scalar T(pre.T);
-  const Matrix3<Scalar> Ct = d.C.transpose();
-  const Matrix3<Scalar> W = hat(X.C.transpose() * wgs84::omega_ie_e<Scalar>());
-  const Matrix3<Scalar> W_next = hat(next.C.transpose() * wgs84::omega_ie_e<Scalar>());
-  const Matrix3<Scalar> gradient_T = T * (X.C.transpose() * gravitation_gradient_e(X.p) * X.C);
-  const Matrix3<Scalar> V = hat(d.v), P = hat(d.p);
-
-  IntervalTransition<Scalar> out;
-  SquareMatrix<Scalar, 9>& F = out.t.F;
-  F.setZero();
-  F.template block<3, 3>(kPhi, kPhi) = Ct;
-  F.template block<3, 3>(kNu, kPhi) = -Ct * V;
-  F.template block<3, 3>(kNu, kNu) = Ct;
-  F.template block<3, 3>(kNu, kRho) = Ct * (W + gradient_T);
-  F.template block<3, 3>(kRho, kPhi) = -Ct * P;
-  F.template block<3, 3>(kRho, kNu) = T * Ct;
-  F.template block<3, 3>(kRho, kRho) = Ct * (Matrix3<Scalar>::Identity() + T * (W + Scalar(0.5) * gradient_T));
-
-  Eigen::Matrix<Scalar, 9, 6>& B = out.t.B;
-  B.template block<3, 3>(kPhi, kBa).setZero();
-  B.template block<3, 3>(kPhi, kBg) = Ct * pre.B_phi_g;
-  B.template block<3, 3>(kNu, kBa) = Ct * pre.B_phi_g;
-  B.template block<3, 3>(kNu, kBg) = Ct * (pre.B_nu_g - V * pre.B_phi_g);
-  B.template block<3, 3>(kRho, kBa) = Ct * pre.B_rho_a;
-  B.template block<3, 3>(kRho, kBg) = Ct * (pre.B_rho_g - P * pre.B_phi_g);
-
-  // Q = M Q_eta M^T with M = Ad(dX^-1), nu taken from nu' at once.
-  SquareMatrix<Scalar, 9> M = SquareMatrix<Scalar, 9>::Zero(), Q = SquareMatrix<Scalar, 9>::Zero();
-  M.template block<3, 3>(kPhi, kPhi) = Ct;
-  M.template block<3, 3>(kNu, kPhi) = -Ct * V;
-  M.template block<3, 3>(kNu, kNu) = Ct;
-  M.template block<3, 3>(kRho, kPhi) = -Ct * P;
-  M.template block<3, 3>(kRho, kRho) = Ct;
-  Q.template block<3, 3>(kPhi, kPhi).diagonal().setConstant(pre.Q_phi);
-  Q.template block<3, 3>(kPhi, kNu) = -hat(pre.q_nu);
-  Q.template block<3, 3>(kPhi, kRho) = -hat(pre.q_rho);
-  Q.template block<3, 3>(kNu, kNu) = pre.Q_nu;
-  Q.template block<3, 3>(kNu, kRho) = pre.Q_nu_rho;
-  Q.template block<3, 3>(kRho, kRho) = pre.Q_rho;
-  Q.template block<3, 3>(kNu, kPhi) = hat(pre.q_nu);
-  Q.template block<3, 3>(kRho, kPhi) = hat(pre.q_rho);
-  Q.template block<3, 3>(kRho, kNu) = pre.Q_nu_rho.transpose();
-
-  F.template middleRows<3>(kNu) -= W_next * F.template middleRows<3>(kRho);
-  B.template middleRows<3>(kNu) -= W_next * B.template middleRows<3>(kRho);
-  M.template middleRows<3>(kNu) -= W_next * M.template middleRows<3>(kRho);
-  out.Q = M * Q * M.transpose();
-  return out;
+  const Matrix3<Scalar> R = gamma<0>(Vector3<Scalar>(-omega_ie * t));
+  SE23<Scalar> next;
+  next.C = R * X.C * d.C;
+  next.p = R * (X.p + t * v_i + X.C * d.p + pull.p(t));
+  next.v = R * (v_i + X.C * d.v + pull.v(t)) - omega_ie.cross(next.p);
+  return next;
 }
 
 }  // namespace liealign

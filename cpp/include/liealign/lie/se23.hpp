@@ -4,7 +4,7 @@
 //   exp(phi, nu, rho) = (Gamma_0(phi), Gamma_1(phi) nu, Gamma_1(phi) rho)                    (Eq. 6)
 //
 // Tangent order (phi, nu, rho): rad, then the units of v and p.
-// Source: TAES (1)-(5), (19); Barrau (2015); the block Q is Barfoot (2017) (7.86), in the coefficients of (Eq. 1).
+// Source: TAES (1)-(5), (19); Barrau (2015); the block Q equals Barfoot (2017) (7.86).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -61,36 +61,38 @@ struct SE23 {
     return m;
   }
 
-  // J_l = [J 0 0; Q(phi, nu) J 0; Q(phi, rho) 0 J], J = Gamma_1(phi).                        (Eq. 7)
-  static Jacobian left_jacobian(const Tangent& xi) {
+  // J_l = [J 0 0; Q(phi, nu) J 0; Q(phi, rho) 0 J], J = Gamma_1(phi), by its blocks.          (Eq. 7)
+  struct JacobianBlocks {
+    Matrix3<Scalar> J, Q_nu, Q_rho;
+  };
+  static JacobianBlocks left_jacobian_blocks(const Tangent& xi) {
     const Vector3<Scalar> phi = xi.template segment<3>(kPhi);
     const ExpCoefficients<Scalar> a = exp_coefficients<Scalar>(phi.squaredNorm());
     const Matrix3<Scalar> J = gamma<1>(phi, a);
-    return lower_triangle(J, coupling(phi, xi.template segment<3>(kNu), a),
-                          coupling(phi, xi.template segment<3>(kRho), a));
+    return {J, coupling(phi, xi.template segment<3>(kNu), a, J), coupling(phi, xi.template segment<3>(kRho), a, J)};
+  }
+
+  static Jacobian left_jacobian(const Tangent& xi) {
+    const JacobianBlocks b = left_jacobian_blocks(xi);
+    return lower_triangle(b.J, b.Q_nu, b.Q_rho);
   }
 
   static Jacobian left_jacobian_inverse(const Tangent& xi) {
     const Vector3<Scalar> phi = xi.template segment<3>(kPhi);
     const ExpCoefficients<Scalar> a = exp_coefficients<Scalar>(phi.squaredNorm());
-    const Matrix3<Scalar> J = SO3<Scalar>::left_jacobian_inverse(phi);
-    return lower_triangle(J, -J * coupling(phi, xi.template segment<3>(kNu), a) * J,
-                          -J * coupling(phi, xi.template segment<3>(kRho), a) * J);
+    const Matrix3<Scalar> J = gamma<1>(phi, a), J_inverse = SO3<Scalar>::left_jacobian_inverse(phi);
+    return lower_triangle(J_inverse, -J_inverse * coupling(phi, xi.template segment<3>(kNu), a, J) * J_inverse,
+                          -J_inverse * coupling(phi, xi.template segment<3>(kRho), a, J) * J_inverse);
   }
 
   static Jacobian right_jacobian(const Tangent& xi) { return left_jacobian(-xi); }  // J_r(x) = J_l(-x), TAES (5)
   static Jacobian right_jacobian_inverse(const Tangent& xi) { return left_jacobian_inverse(-xi); }
 
  private:
-  // Q(phi, x) = x/2 + a_3 (fx + xf + fxf) + a_4 (ffx + xff - 3 fxf) + (a_4 - 3 a_5)/2 (fxff + ffxf),
-  // f = hat(phi), x = hat(x).
-  static Matrix3<Scalar> coupling(const Vector3<Scalar>& phi, const Vector3<Scalar>& x_vector,
-                                  const ExpCoefficients<Scalar>& a) {
-    const Matrix3<Scalar> f = hat(phi), x = hat(x_vector);
-    const Matrix3<Scalar> fx = f * x, xf = x * f, fxf = fx * f;
-    Matrix3<Scalar> Q = Scalar(0.5) * x + a[3] * (fx + xf + fxf) + a[4] * (f * fx + xf * f - Scalar(3) * fxf);
-    Q += Scalar(0.5) * (a[4] - Scalar(3) * a[5]) * (fxf * f + f * fxf);
-    return Q;
+  // Q(phi, x), from d(Gamma_1 x) = Q d phi - hat(Gamma_1 x) Gamma_1 d phi, what J_l does to the translation of exp.
+  static Matrix3<Scalar> coupling(const Vector3<Scalar>& phi, const Vector3<Scalar>& x,
+                                  const ExpCoefficients<Scalar>& a, const Matrix3<Scalar>& J) {
+    return gamma_times_vector_derivative<1>(phi, x, a) + hat(Vector3<Scalar>(J * x)) * J;
   }
 
   static Jacobian lower_triangle(const Matrix3<Scalar>& J, const Matrix3<Scalar>& Q_nu, const Matrix3<Scalar>& Q_rho) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,10 +31,25 @@ struct FixRecord {
   std::optional<FixUpdate> position, velocity;
 };
 
+// What the summary says of the smoothed trajectory as a whole.
+struct TrajectoryDigest {
+  std::size_t epochs = 0;
+  double begin_s = 0.0, end_s = 0.0;
+  std::vector<NavRow> sample;  // some 2000 of its epochs: a median needs no more
+};
+
+// Where the epochs of a trajectory go, in parts: make() by several threads, each part in a slot of its own [0, part_slots())
+// until take(), one at a time in order of time.
+struct EpochSink {
+  std::function<void(std::size_t slot, const std::vector<Epoch>& epochs)> make;
+  std::function<void(std::size_t slot)> take;
+};
+
 // Trajectories are those of the point and the axes that [output] names, at the epochs that it names.
 struct Solution {
-  std::vector<Epoch> smoothed;   // at IMU stamps from the first rest to the last event
+  std::vector<Epoch> smoothed;   // at IMU stamps from the first rest to the last event; empty where a sink took them
   std::vector<Epoch> filtered;   // the same from the forward pass alone; empty unless output.filtered
+  TrajectoryDigest digest;       // of smoothed
   std::vector<FixRecord> fixes;  // one per GNSS record
   // Of the IMU, at the fixes and the rest updates, after each; empty unless asked for.
   std::vector<Epoch> filtered_at_events, smoothed_at_events;
@@ -47,5 +63,12 @@ struct Solution {
 // Throws InputError when output.start_time_s and stop_time_s leave no epoch.
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {},
                  bool keep_events = false);
+
+// Hands a trajectory that is held in memory to a sink.
+void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink);
+
+// process() with the trajectories handed on as they are made: memory does not grow with their length.
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
+                 const EpochSink& filtered, const Progress& progress = {}, bool keep_events = false);
 
 }  // namespace liealign

@@ -3,11 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "liealign/io/json.hpp"
-#include "liealign/pipeline/process.hpp"
+#include "liealign/pipeline/trajectory_files.hpp"
 
 namespace liealign {
 
@@ -25,8 +26,35 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
 Json summary(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution);
 std::string summary_json(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution);
 
-// Writes every file into the folder, which is made if need be. Each file appears whole or not at all. The file names
-// in config.toml are relative to the folder, so that it runs again from there.
+// The files of a run, written while it is under way: their bytes go to .part files that replace what stood there when all
+// are complete, and are removed if it comes to nothing. The file names in config.toml are relative to the folder, so that
+// it runs again from there.
+// Throws InputError when the folder cannot be made or a file not written.
+class ResultFiles {
+ public:
+  // Flight and heading must outlive it.
+  ResultFiles(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading);
+
+  // For process().
+  EpochSink smoothed();
+  EpochSink filtered();
+
+  // Writes the rest, and puts every file in its place.
+  void finish(const Solution& solution);
+
+ private:
+  PartFile& part(const char* name);
+  void begin_table(const char* name, const std::vector<CsvColumn>& columns);
+
+  std::string folder_;
+  const PreparedFlight& flight_;
+  const HeadingResult& heading_;
+  TrajectoryText text_;
+  std::map<std::string, PartFile> files_;
+  std::vector<TrajectoryPart> smoothed_parts_, filtered_parts_;  // by slot
+};
+
+// All at once, of a solution that holds its trajectories.
 void write_results(const std::string& folder, const PreparedFlight& flight, const HeadingResult& heading,
                    const Solution& solution);
 

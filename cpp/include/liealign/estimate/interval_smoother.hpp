@@ -1,0 +1,59 @@
+// The smoother over intervals, in blocks of nodes: memory grows with the blocks, by some 2 kB for 32 nodes.
+//
+// Three passes. Forward: the filter, of which the state at the start of each block is kept. Backward: each block is run
+// again and smoothed from node to node, of which the smoothed belief at the start of each block is kept. Out: each block is
+// run and smoothed once more, and smoothed inside its intervals, in the order of time. Blocks of the last pass and the runs
+// of the second are independent of each other: threads go over them, and the bits do not depend on their number.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "liealign/core/progress.hpp"
+#include "liealign/estimate/inside_interval.hpp"
+
+namespace liealign {
+
+// A forward pass as the smoother needs it.
+struct ForwardRun {
+  std::vector<RunState> blocks;  // where each begins
+  RunState end;                  // after the last event
+};
+
+inline constexpr std::size_t kBlockNodes = 32;
+
+// From `run` through all events. visitor.updated() and visitor.inside() as in next_node(), visitor.node(step) after each,
+// with the state after its updates in `run`.
+template <typename Visitor>
+ForwardRun run_forward(const FlightData& data, const FilterOptions& options, RunState run, Visitor& visitor) {
+  ForwardRun result;
+  IntervalStep step;
+  for (std::size_t node = 0; run.next_event < data.events.size(); ++node) {
+    if (node % kBlockNodes == 0) result.blocks.push_back(run);
+    next_node(data, options, run, step, visitor);
+    visitor.node(step, run);
+  }
+  result.end = run;
+  return result;
+}
+
+// What the smoother gives, in parts that several threads make: each lies in a slot of its own until it is taken.
+struct SmootherSink {
+  using BeliefAt = Belief<LieModel<double>>;
+  std::function<bool(std::size_t k)> wanted;  // whether the epoch on the stamp of sample k is
+  // In order of time within a part: an epoch at a node, and one inside an interval, from its samples up to there.
+  std::function<void(std::size_t slot, std::size_t k, const BeliefAt& smoothed)> epoch;
+  std::function<void(std::size_t slot, std::size_t k, const InsideInterval& smoothed, const Preintegrated<double>& pre)>
+      inside;
+  std::function<void(std::size_t slot, double t_s, const BeliefAt& filtered, const BeliefAt& smoothed)> event;
+  std::function<void(std::size_t slot)> made;
+  // One at a time, parts in order of time.
+  std::function<void(std::size_t slot)> take;
+};
+
+// Throws NumericalError, Cancelled.
+void smooth_run(const FlightData& data, const FilterOptions& options, const ForwardRun& run, const SmootherSink& sink,
+                const Progress& progress = {});
+
+}  // namespace liealign

@@ -1,0 +1,273 @@
+// Laws of the filter and smoother over intervals: inside one they equal the recursion sample by sample, over a flight the
+// pass sample by sample; parts come in order, and what fails in one comes out.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "flights.hpp"
+#include "liealign/estimate/interval_smoother.hpp"
+#include "liealign/estimate/parts.hpp"
+#include "liealign/estimate/smoother.hpp"
+
+namespace liealign {
+namespace {
+
+using namespace testing;
+using Model = LieModel<double>;
+using Cov = Model::Covariance;
+using Vec15 = Model::Tangent;
+
+// An interval of a shaken drone, with what stands at each of its samples.
+struct Shaken {
+  IntervalStep step;
+  std::vector<Preintegrated<double>> at;
+  Vector<double, 6> half_walk;
+  Belief<Model> smoothed_end;
+
+  explicit Shaken(int n) {
+    std::mt19937 rng(11);
+    step.before.X = random_state(rng);
+    Cov A;
+    for (int j = 0; j < 15; ++j) A.col(j) << normal3(rng), normal3(rng), normal3(rng), normal3(rng), normal3(rng);
+    Vec15 sigma;
+    sigma << 1e-3, 2e-3, 0.05, 0.02, 0.02, 0.03, 0.01, 0.02, 0.02, 0.01, 0.01, 0.02, 1e-4, 1e-4, 2e-4;
+    const Cov correlation = A * A.transpose() / 15.0 + 0.2 * Cov::Identity();
+    step.before.P = sigma.asDiagonal() * correlation * sigma.asDiagonal();
+    const double dt = 1.0 / n;
+    for (int k = 0; k < n; ++k) {
+      const double t = (k + 0.5) * dt;
+      const Vector3d f = -step.before.X.first.C.transpose() * gravity_e(step.before.X.first.p, GravityModel::normal);
+      step.pre.append({Vector3d(1.2 * std::sin(5 * t), 0.9 * std::cos(7 * t), 1.5 * std::sin(2 * t)),
+                       f + Vector3d(3 * std::sin(4 * t), 4 * std::cos(3 * t), 5 * std::sin(9 * t)), dt},
+                      4e-5 * dt, 1e-8 * dt);
+      at.push_back(step.pre);
+    }
+    half_walk << 1e-8, 1e-8, 1e-8, 1e-12, 1e-12, 1e-12;
+    Belief<Model> end = step.before;
+    Ekf<Model> ekf{{}, true};
+    step.pull = ekf.predict(end, step.pre, end.X.second.x);
+    end.P.diagonal().tail<6>() += 2.0 * half_walk;
+    step.predicted = end;
+    // A future that is sure of a state beside the prediction.
+    Vec15 z = 0.7 * sigma;
+    z[2] = -0.04;
+    smoothed_end = {Model::retract(end.X, z), 0.3 * end.P};
+  }
+};
+
+// x_t = A x_0 of (Eq. 53) as a matrix.
+Cov transition_to(const Preintegrated<double>& pre) {
+  Cov A = Cov::Identity();
+  A.block<3, 3>(kRho, kNu) = pre.T * Matrix3d::Identity();
+  A.block<3, 3>(kPhi, kBg) = A.block<3, 3>(kNu, kBa) = pre.B_phi_g;
+  A.block<3, 3>(kNu, kBg) = pre.B_nu_g;
+  A.block<3, 3>(kRho, kBa) = pre.B_rho_a;
+  A.block<3, 3>(kRho, kBg) = pre.B_rho_g;
+  return A;
+}
+
+Cov noise_to(const Preintegrated<double>& pre) {
+  Cov Q = Cov::Zero();
+  NavSquare<double> nav;
+  white_noise(pre, nav);
+  Q.topLeftCorner<9, 9>() = nav.topRows<9>();
+  return Q;
+}
+
+// Left error at the sample from x_t, without the gradient's second half.
+Cov to_left_error(const Shaken& s, const Preintegrated<double>& pre) {
+  StartAxes<double> axes(s.step.before.X.first, s.step.pre.T);
+  axes.kick.setZero();
+  NavColumns<double, 9> L = NavColumns<double, 9>::Identity();
+  leave_interval(L, SE23<double>{pre.dC, pre.dv, pre.dp}, axes);
+  Cov out = Cov::Identity();
+  out.topLeftCorner<9, 9>() = L.transpose();
+  return out;
+}
+
+TEST(InsideInterval, equals_the_smoother_that_steps_from_sample_to_sample) {
+  const int n = 40;
+  const Shaken s(n);
+  const Adjoint adjoint = adjoint_before(s.step, s.smoothed_end, true);
+  const InsideInterval inside(s.step, s.half_walk, &adjoint, true), filter(s.step, s.half_walk, nullptr, true);
+
+  // The same linear system, forward and back one sample at a time, (Eq. 30)-(Eq. 32) in its textbook form.
+  const StartAxes<double> axes(s.step.before.X.first, s.step.pre.T);
+  Cov K = Cov::Identity();
+  K.block<3, 3>(kNu, kRho) = hat(axes.omega_ie_b) + axes.kick;
+  Cov P_0 = s.step.before.P;
+  P_0.diagonal().tail<6>() += s.half_walk;
+  std::vector<Cov> P(n + 1), F(n + 1), Q(n + 1);
+  P[0] = K * P_0 * K.transpose();
+  Cov A_before = Cov::Identity(), Q_before = Cov::Zero();
+  for (std::size_t k = 1; k <= n; ++k) {
+    const Cov A = transition_to(s.at[k - 1]), Q_all = noise_to(s.at[k - 1]);
+    F[k] = A * A_before.inverse();
+    Q[k] = Q_all - F[k] * Q_before * F[k].transpose();
+    P[k] = F[k] * P[k - 1] * F[k].transpose() + Q[k];
+    A_before = A;
+    Q_before = Q_all;
+  }
+  // At the end: the left error with the second half of gradient and walk.
+  NavColumns<double, 9> L = NavColumns<double, 9>::Identity();
+  leave_interval(L, SE23<double>{s.step.pre.dC, s.step.pre.dv, s.step.pre.dp}, axes);
+  Cov L_end = Cov::Identity();
+  L_end.topLeftCorner<9, 9>() = L.transpose();
+  Cov walk = Cov::Zero();
+  walk.diagonal().tail<6>() = s.half_walk;
+  Cov P_next = L_end * P[n] * L_end.transpose() + walk;
+  EXPECT_LT((P_next - s.step.predicted.P).norm(), 1e-12 * P_next.norm());
+  Vec15 x = Model::local(s.step.predicted.X, s.smoothed_end.X);
+  const Cov J_0 = Model::right_jacobian_inverse(x);
+  Cov P_s = J_0 * s.smoothed_end.P * J_0.transpose(), step = L_end;
+  for (std::size_t k = n + 1; k-- > 1;) {
+    const Cov G = P[k] * step.transpose() * P_next.inverse();
+    P_s = P[k] + G * (P_s - P_next) * G.transpose();
+    x = G * x;
+    P_next = P[k];
+    step = F[k];
+
+    const Cov to_left = to_left_error(s, s.at[k - 1]);
+    const Vec15 eps = to_left * x;
+    const Cov J = Model::right_jacobian(eps);
+    const Cov expected = J * to_left * P_s * to_left.transpose() * J.transpose();
+    const Belief<Model> smoothed = inside.at(s.at[k - 1]), filtered = filter.at(s.at[k - 1]);
+    const Vec15 sigma = expected.diagonal().cwiseSqrt();
+    const Cov difference =
+        sigma.cwiseInverse().asDiagonal() * (smoothed.P - expected) * sigma.cwiseInverse().asDiagonal();
+    EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-8) << k;
+    const Vec15 moved = Model::local(Model::retract(filtered.X, eps), smoothed.X);
+    EXPECT_LT((moved.array() / sigma.array()).abs().maxCoeff(), 1e-6) << k;  // ECEF metres carry 1e-9
+    const Cov left_P = to_left * P[k] * to_left.transpose();
+    EXPECT_LT((sigma.cwiseInverse().asDiagonal() * (filtered.P - left_P) * sigma.cwiseInverse().asDiagonal())
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-9 * (sigma.cwiseInverse().asDiagonal() * left_P * sigma.cwiseInverse().asDiagonal()).norm());
+  }
+}
+
+TEST(InsideInterval, meets_the_smoothed_belief_at_the_start) {
+  const Shaken s(40);
+  const Adjoint adjoint = adjoint_before(s.step, s.smoothed_end, true);
+  const Belief<Model> start = smoothed_before(s.step, adjoint, true);
+  IntervalStep still = s.step;
+  still.pre.T = 1e-12;  // no walk, no gradient
+  const InsideInterval inside(still, Vector<double, 6>::Zero(), &adjoint, true);
+  const Belief<Model> at_once = inside.at(Preintegrated<double>{});
+  const Vec15 sigma = start.P.diagonal().cwiseSqrt();
+  EXPECT_LT((Model::local(start.X, at_once.X).array() / sigma.array()).abs().maxCoeff(), 1e-6);
+  EXPECT_LT((sigma.cwiseInverse().asDiagonal() * (at_once.P - start.P) * sigma.cwiseInverse().asDiagonal())
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-9);
+}
+
+// A flight whose fixes with velocity fall between samples, beside rests, and with a gap in the log.
+PreparedFlight rough_flight() {
+  DroneFlight drone = short_flight();
+  drone.oversample = 4;
+  GnssErrors gnss;
+  gnss.l_ba_b = Vector3d(0.1, -0.05, -0.3);
+  gnss.rate_hz = 3.0;
+  gnss.velocity = true;
+  Config config;
+  config.output.filtered = true;
+  Flight flight = simulate_flight(drone, gnss, config, 3).flight;
+  ImuSeries& imu = flight.imu;
+  imu.erase(imu.begin() + 3000, imu.begin() + 3020);
+  return prepare_flight(flight);
+}
+
+struct KeepCheckpoints : SilentVisitor<Model> {
+  std::vector<Checkpoint<Model>> checkpoints;
+  std::vector<std::pair<std::size_t, Belief<Model>>> filtered;
+
+  void after(const Belief<Model>& belief, const NavTransition<double>&, std::size_t k, bool whole) {
+    if (whole) filtered.emplace_back(k, belief);
+  }
+  void checkpoint(std::size_t, const Belief<Model>& belief, const ImuCursor& cursor, const Model::State& X,
+                  const Cov& P) {
+    checkpoints.push_back({belief, cursor, {X, P}});
+    if (!filtered.empty() && filtered.back().first + 1 == cursor.k) filtered.back().second = belief;
+  }
+};
+
+void expect_close(const Epoch& epoch, const Belief<Model>& belief) {
+  const Vec15 sigma = belief.P.diagonal().cwiseSqrt();
+  const Vec15 off = Model::local(belief.X, epoch.X);
+  EXPECT_LT((off.array() / sigma.array()).abs().maxCoeff(), 0.02) << epoch.t_s;
+  Vec15 stated;
+  stated << epoch.P_phi.diagonal(), epoch.P_nu.diagonal(), epoch.P_rho.diagonal(), epoch.variance_b_a,
+      epoch.variance_b_g;
+  EXPECT_LT((stated.cwiseSqrt().array() / sigma.array() - 1.0).abs().maxCoeff(), 0.02) << epoch.t_s;
+}
+
+TEST(IntervalSmoother, gives_what_the_filter_and_the_smoother_sample_by_sample_give) {
+  const PreparedFlight flight = rough_flight();
+  ASSERT_FALSE(flight.gaps.empty());
+  const FlightData& data = flight.problem.data;
+  const HeadingResult heading = align(flight);
+  const Solution solution = process(flight, heading, {}, true);
+
+  const FilterOptions options = with_gates(flight.filter, heading.gate_scales);
+  Belief<Model> belief = belief_at_rest(flight.problem.rest, heading.heading_rad, solution.heading_std_initial_rad,
+                                        flight.problem.initial, data.l_ba_b, options.dynamics.gravity);
+  const ImuCursor start = cursor_at(data.imu, flight.t_begin_s);
+  KeepCheckpoints kept;
+  kept.checkpoints.push_back({belief, start, belief});
+  kept.filtered.emplace_back(start.k - 1, belief);
+  forward_pass(data, options, belief, start, data.imu.back().t_s, kept);
+  std::vector<std::pair<std::size_t, Belief<Model>>> smoothed;
+  smooth(
+      Ekf<Model>{options.dynamics, true}, data, kept.checkpoints,
+      [&](std::size_t k, const Belief<Model>& b) { smoothed.emplace_back(k, b); },
+      [](std::size_t, const Belief<Model>&) {});
+
+  ASSERT_EQ(solution.smoothed.size(), smoothed.size());
+  ASSERT_EQ(solution.filtered.size(), kept.filtered.size());
+  EXPECT_EQ(solution.digest.epochs, smoothed.size());
+  EXPECT_EQ(solution.filtered_at_events.size(), data.events.size() + 1);
+  for (std::size_t i = 0; i < smoothed.size(); ++i) {
+    const auto& [k, b] = smoothed[smoothed.size() - 1 - i];
+    ASSERT_EQ(solution.smoothed[i].t_s, data.imu[k].t_s);
+    ASSERT_EQ(solution.filtered[i].t_s, data.imu[kept.filtered[i].first].t_s);
+    expect_close(solution.smoothed[i], b);
+    expect_close(solution.filtered[i], kept.filtered[i].second);
+  }
+}
+
+TEST(Parts, are_taken_in_order_each_after_its_make) {
+  const std::size_t parts = 3 * part_slots() + 1;
+  std::vector<std::size_t> lying(part_slots()), taken;
+  in_order(
+      parts, [&](std::size_t part, std::size_t slot) { lying[slot] = part; },
+      [&](std::size_t part, std::size_t slot) {
+        EXPECT_EQ(lying[slot], part);
+        taken.push_back(part);
+      });
+  ASSERT_EQ(taken.size(), parts);
+  EXPECT_TRUE(std::is_sorted(taken.begin(), taken.end()));
+}
+
+TEST(Parts, let_out_the_first_exception) {
+  std::size_t taken = 0;
+  const auto work = [&] {
+    in_order(
+        4 * part_slots(),
+        [](std::size_t part, std::size_t) {
+          if (part % part_slots() == 1) throw std::runtime_error("part " + std::to_string(part));
+        },
+        [&](std::size_t, std::size_t) { ++taken; });
+  };
+  try {
+    work();
+    FAIL() << "no exception";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "part 1");
+  }
+  EXPECT_EQ(taken, 1U);
+}
+
+}  // namespace
+}  // namespace liealign
