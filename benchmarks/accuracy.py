@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from geodesy import Array, c_n_e, ecef
 
 SETTLED_AFTER_S = 300.0

@@ -20,10 +20,11 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
-from geodesy import OMEGA_IE_E, Array, c_from_rpy, c_n_e, ecef, geodetic, gravity, rpy_deg
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
+
+from geodesy import OMEGA_IE_E, Array, c_from_rpy, c_n_e, ecef, geodetic, gravity, rpy_deg
 
 LEVER_ARM_B_M = (0.1, -0.05, -0.3)
 START_HEADING_DEG = 137.0
@@ -217,7 +218,8 @@ def _make_truth(spec: FlightSpec, rng: np.random.Generator) -> _Truth:
 
 
 def _p_e(truth: _Truth, time: Array) -> Array:
-    return _ORIGIN_E + np.asarray(truth.position(time) @ _C_0_E.T)
+    offset: Array = truth.position(time) @ _C_0_E.T
+    return _ORIGIN_E + offset
 
 
 def _rate_and_force(truth: _Truth, time: Array) -> tuple[Array, Array]:

@@ -28,8 +28,9 @@ from typing import Any  # noqa: E402
 
 import gtsam  # noqa: E402
 import numpy as np  # noqa: E402
-from geodesy import OMEGA_IE_E, Array, c_from_rpy, c_n_e, ecef, geodetic, gravity, rpy_deg  # noqa: E402
 from gtsam.symbol_shorthand import B, V, X  # noqa: E402
+
+from geodesy import OMEGA_IE_E, Array, c_from_rpy, c_n_e, ecef, geodetic, gravity, rpy_deg  # noqa: E402
 
 # IMU profile adis16495 of liealign, in SI; biases walk by sigma sqrt(2/tau).
 GYRO_ARW, ACCEL_VRW = np.deg2rad(0.09) / 60, 0.008 / 60
