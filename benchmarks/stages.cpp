@@ -166,8 +166,24 @@ void write_states(const std::string& path, const std::vector<double>& times,
   });
 }
 
+// That both smoothers do the same work: rms over the second half of the flight, where every fix lies on a stamp of the IMU.
+Json difference(const std::vector<DenseBelief>& dense, const std::vector<Epoch>& epochs) {
+  Json json;
+  if (dense.size() + 1 != epochs.size()) return json;
+  double position = 0.0, attitude = 0.0;
+  const std::size_t begin = dense.size() / 2, n = dense.size() - begin;
+  for (std::size_t i = begin; i < dense.size(); ++i) {
+    const SE23<double>& X = epochs[i].X.first;
+    position += (dense[i].X.p - X.p).squaredNorm();
+    attitude += SO3<double>{X.C.transpose() * dense[i].X.C_b_e}.log().squaredNorm();
+  }
+  json["position_m"] = std::sqrt(position / static_cast<double>(n));
+  json["attitude_deg"] = std::sqrt(attitude / static_cast<double>(n)) * kRadToDeg;
+  return json;
+}
+
 Json dense_yardstick(const Options& o, const PreparedFlight& flight, const HeadingResult& heading,
-                     std::vector<DenseState>& at_events) {
+                     const std::vector<Epoch>& smoothed, std::vector<DenseState>& at_events) {
   const FlightData& data = flight.problem.data;
   const DenseBelief start = dense_belief(start_belief(flight, heading));
   Json json;
@@ -177,14 +193,15 @@ Json dense_yardstick(const Options& o, const PreparedFlight& flight, const Headi
     dense_forward(data, flight.filter, flight.t_begin_s, belief, at_events);
   });
   if (!o.dense_smoother) return json;
+  std::vector<DenseBelief> dense;
   json["filter_and_smoother_seconds"] = median_seconds(1, [&] {
     DenseBelief belief = start;
     std::vector<DenseState> again;
     std::vector<DenseStep> steps;
     dense_forward(data, flight.filter, flight.t_begin_s, belief, again, &steps);
-    dense_backward(steps, belief);
+    dense = dense_backward(steps, belief);
   });
-  json["peak_mb"] = peak_mb();
+  json["smoother_difference"] = difference(dense, smoothed);
   return json;
 }
 
@@ -309,10 +326,9 @@ Json run(const Options& o) {
   if (o.check) {
     json["check"] = compare(solution.smoothed, plain_smoother(flight, heading, solution.heading_std_initial_rad));
   }
-  solution = {};
   if (!o.candidates.empty()) json["curves"] = curves(o, flight.problem);
   std::vector<DenseState> dense;
-  if (o.dense) json["dense"] = dense_yardstick(o, flight, heading, dense);
+  if (o.dense) json["dense"] = dense_yardstick(o, flight, heading, solution.smoothed, dense);
   if (!o.states.empty()) {
     const std::vector<double> times = event_times(flight);
     write_states(o.states + "/filtered_at_fixes.csv", times, [&](std::size_t i) { return filtered[i].first; });
