@@ -15,7 +15,7 @@
 #include <cstdio>
 #include <fstream>
 #include <optional>
-#include <sstream>
+#include <utility>
 
 #include "dense_filter.hpp"
 #include "liealign/core/units.hpp"
@@ -301,7 +301,7 @@ Json run(const Options& o) {
   std::optional<Flight> read;
   stages.run("read", 1, [&] { read = read_flight(config_from(o)); });
   std::optional<PreparedFlight> prepared;
-  stages.run("prepare", 1, [&] { prepared = prepare_flight(*read); });
+  stages.run("prepare", 1, [&] { prepared = prepare_flight(std::move(*read)); });
   read.reset();
   const PreparedFlight& flight = *prepared;
   HeadingResult heading;
