@@ -13,21 +13,26 @@ JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 APT_PACKAGES := build-essential cmake ninja-build libeigen3-dev libgtest-dev libtomlplusplus-dev libcli11-dev \
   python3-venv python3-dev ccache
 
+# What `make bench` wants besides.
+BENCH_APT_PACKAGES := libbenchmark-dev
+
 # What the C++ checks of `make test` want besides. .clang-format and .clang-tidy are written for version 14, Debian 12's.
 TEST_APT_PACKAGES := clang clang-format clang-tidy
 
 BUILD := build
 RELEASE := $(BUILD)/release
 SANITIZED := $(BUILD)/sanitized
+BENCH := $(BUILD)/bench
 TIDY := $(BUILD)/.tidy
 VENV := $(BUILD)/venv
 BIN := $(VENV)/bin
 TOOLS_READY := $(BUILD)/.tools-ready
 TEST_TOOLS_READY := $(BUILD)/.test-tools-ready
 VENV_READY := $(BUILD)/.venv-ready
+BENCH_READY := $(BUILD)/.bench-ready
 INSTALLED := $(BUILD)/.installed
 
-CPP_FILES := $(sort $(shell find cpp bindings tests/cpp -name '*.[ch]pp' 2>/dev/null))
+CPP_FILES := $(sort $(shell find cpp bindings tests/cpp benchmarks -name '*.[ch]pp' 2>/dev/null))
 
 # Everything the wheel is made of. The directories are there for the sake of files that were removed.
 WHEEL_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/*.cmake) \
@@ -43,18 +48,19 @@ help:
 	@echo "make demo       simulate a flight, align it and show the result"
 	@echo "make test       build and run every test and check, C++ and Python"
 	@echo "make wheel      check that pip install . needs nothing but a compiler"
-	@echo "make post       the standalone executable: build/release/liealign-post"
-	@echo "make bench      the benchmarks (a later version)"
+	@echo "make post       the standalone executable, for this machine: build/release/liealign-post"
+	@echo "make bench      every benchmark; writes benchmarks/README.md (a quarter of an hour)"
 	@echo "make reproduce  the papers' tables and figures (a later version)"
 	@echo "make clean      remove build/"
 
 demo: $(INSTALLED)
 	$(BIN)/liealign demo
 
-# pytest comes last, so that the output ends with its summary.
+# pytest comes last, so that the output ends with its summary. The executable that it compares with the wheel, bit for bit, is
+# built for any machine, as the wheel is.
 test: format sanitized tidy $(INSTALLED)
 	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_TESTS=ON -DLIEALIGN_POST=ON \
-	  -DLIEALIGN_WERROR=$(WERROR)
+	  -DLIEALIGN_NATIVE=OFF -DLIEALIGN_WERROR=$(WERROR)
 	cmake --build $(RELEASE) --parallel $(JOBS)
 	ctest --test-dir $(RELEASE) --output-on-failure --parallel $(JOBS)
 	$(BIN)/ruff check
@@ -98,14 +104,21 @@ wheel: | $(TOOLS_READY)
 	CMAKE_ARGS=-DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF $(BUILD)/wheel-venv/bin/python -m pip install --quiet .
 	$(BUILD)/wheel-venv/bin/liealign --version
 
+# Built for the processor of this machine.
 post: | $(TOOLS_READY)
-	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_POST=ON
+	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_POST=ON \
+	  -DLIEALIGN_NATIVE=ON
 	cmake --build $(RELEASE) --target liealign-post --parallel $(JOBS)
 	@$(RELEASE)/liealign-post --version
 	@echo "made $(RELEASE)/liealign-post"
 
-bench:
-	@echo "make bench: the benchmarks come with a later version" >&2; exit 1
+# Flights are made once and kept in $(BENCH)/flights. BENCH_FLAGS=--quick tries it on short ones.
+BENCH_FLAGS ?=
+bench: $(BENCH_READY)
+	cmake -G Ninja -S . -B $(BENCH) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_POST=ON -DLIEALIGN_TESTS=OFF \
+	  -DLIEALIGN_NATIVE=ON -DLIEALIGN_BENCHMARKS=ON
+	cmake --build $(BENCH) --parallel $(JOBS)
+	$(BIN)/python benchmarks/run.py --build $(BENCH) $(BENCH_FLAGS)
 
 reproduce:
 	@echo "make reproduce: the reproduction of the papers comes with a later version" >&2; exit 1
@@ -172,6 +185,21 @@ $(VENV_READY): pyproject.toml | $(TOOLS_READY)
 	$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"], sep="\n")' \
 	  >$(BUILD)/build-requirements.txt
 	$(BIN)/python -m pip install --quiet -r $(BUILD)/build-requirements.txt
+	@touch $@
+
+# Google Benchmark, numpy and scipy; and GTSAM to compare with, which not every machine has a wheel for.
+$(BENCH_READY): Makefile $(VENV_READY)
+	@header() { echo "#include <$$1>" | c++ -E -x c++ - >/dev/null 2>&1; }; \
+	if ! header benchmark/benchmark.h && command -v apt-get >/dev/null 2>&1; then \
+	  as_root=; if [ "$$(id -u)" -ne 0 ] && command -v sudo >/dev/null 2>&1; then as_root=sudo; fi; \
+	  echo "missing: Google Benchmark; installing $(BENCH_APT_PACKAGES)"; \
+	  { $$as_root apt-get update -q && \
+	    $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $(BENCH_APT_PACKAGES); } || \
+	    echo "warning: no Google Benchmark; the kernels are left out" >&2; \
+	fi
+	$(BIN)/python -m pip install --quiet numpy scipy
+	$(BIN)/python -m pip install --quiet gtsam==4.3.0 || \
+	  echo "warning: no GTSAM for this Python; the comparison with it is left out" >&2
 	@touch $@
 
 $(INSTALLED): $(VENV_READY) $(WHEEL_SOURCES)

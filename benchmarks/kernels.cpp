@@ -1,0 +1,249 @@
+// liealign-kernels: what one call of each part of the engine costs.
+//
+// Inputs come from a simulated drone flight, so that rates, forces and covariances are those of real work; each call starts
+// from the same state, so that nothing runs away.
+// SPDX-License-Identifier: Apache-2.0
+#include <benchmark/benchmark.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "liealign/core/units.hpp"
+#include "liealign/estimate/smoother.hpp"
+#include "liealign/pipeline/settings.hpp"
+#include "liealign/pipeline/simulated_flight.hpp"
+#include "liealign/pipeline/trajectory_files.hpp"
+
+namespace liealign {
+namespace {
+
+using Model = LieModel<double>;
+
+// A flight under way: its data, and a belief after two minutes with everything that comes next.
+struct Scene {
+  PreparedFlight flight;
+  FilterOptions filter;
+  Ekf<Model> ekf;
+  Belief<Model> belief;       // after a fix
+  Belief<Model> at_fix;       // before one
+  ImuCursor cursor;           // where `belief` stands
+  ImuSample sample;           // the next one
+  double dt = 0.0;            // of it, s
+  GnssFix fix;                // of `at_fix`
+  Preintegrated<double> pre;  // the second that follows `belief`
+  Vector<double, 6> b_0;
+};
+
+Belief<Model> start_of(const AlignmentProblem& problem, const FilterOptions& filter) {
+  return belief_at_rest(problem.rest, 137.0 * kDegToRad, 0.0, problem.initial, problem.data.l_ba_b,
+                        filter.dynamics.gravity);
+}
+
+Scene make_scene(double gnss_rate_hz) {
+  DroneFlight drone;
+  GnssErrors gnss;
+  gnss.rate_hz = gnss_rate_hz;
+  gnss.l_ba_b = Vector3d(0.1, -0.05, -0.3);
+  Scene s;
+  s.flight = prepare_flight(simulate_flight(drone, gnss, Config{}, 1).flight);
+  const AlignmentProblem& problem = s.flight.problem;
+  const FlightData& data = problem.data;
+  s.filter = s.flight.filter;
+  s.ekf = {s.filter.dynamics, s.filter.covariance_reset};
+  s.belief = start_of(problem, s.filter);
+  SilentVisitor<Model> silent;
+  const double middle = data.imu.front().t_s + 120.0;
+  s.cursor = forward_pass(data, s.filter, s.belief, cursor_at(data.imu, s.flight.t_begin_s), middle, silent);
+  s.sample = data.imu[s.cursor.k];
+  s.dt = s.sample.t_s - s.cursor.t_s;
+  s.at_fix = s.belief;
+  for (const Event& event : data.events) {
+    if (event.t_s <= s.cursor.t_s || event.kind != Event::Kind::fix) continue;
+    s.fix = data.fixes[event.index];
+    break;
+  }
+  ImuCursor cursor = s.cursor;
+  propagate_to(s.ekf, data.imu, s.fix.t_s, cursor, s.at_fix, silent);
+  s.b_0 = s.belief.X.second.x;
+  s.pre = preintegrate(data.imu, {s.cursor.t_s, s.fix.t_s}, s.b_0, s.filter.dynamics.noise).intervals.front().pre;
+  return s;
+}
+
+const Scene& scene() {
+  static const Scene s = make_scene(1.0);
+  return s;
+}
+
+const Scene& scene_10_hz() {
+  static const Scene s = make_scene(10.0);
+  return s;
+}
+
+// ---- Group ----------------------------------------------------------------------------------------------------------
+
+void so3_exp(benchmark::State& state) {
+  Vector3d phi(1e-3, -2e-3, 3e-3);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(phi);
+    Matrix3d C = gamma<0>(phi);
+    benchmark::DoNotOptimize(C);
+  }
+}
+BENCHMARK(so3_exp);
+
+void gamma_0_1_2(benchmark::State& state) {
+  Vector3d phi(1e-3, -2e-3, 3e-3);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(phi);
+    const ExpCoefficients<double> a = exp_coefficients<double>(phi.squaredNorm());
+    Matrix3d G0 = gamma<0>(phi, a), G1 = gamma<1>(phi, a), G2 = gamma<2>(phi, a);
+    benchmark::DoNotOptimize(G0);
+    benchmark::DoNotOptimize(G1);
+    benchmark::DoNotOptimize(G2);
+  }
+}
+BENCHMARK(gamma_0_1_2);
+
+void se23_exp(benchmark::State& state) {
+  SE23<double>::Tangent eps;
+  eps << 1e-3, -2e-3, 3e-3, 0.1, 0.2, -0.1, 0.01, 0.02, 0.03;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(eps);
+    SE23<double> X = SE23<double>::exp(eps);
+    benchmark::DoNotOptimize(X);
+  }
+}
+BENCHMARK(se23_exp);
+
+void right_jacobian_15(benchmark::State& state) {
+  Model::Tangent eps = Model::Tangent::Constant(1e-3);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(eps);
+    Model::Covariance J = Model::right_jacobian(eps);
+    benchmark::DoNotOptimize(J);
+  }
+}
+BENCHMARK(right_jacobian_15);
+
+// ---- Filter and smoother --------------------------------------------------------------------------------------------
+
+void mechanize(benchmark::State& state) {
+  const Scene& s = scene();
+  for (auto _ : state) {
+    SE23<double> X = s.belief.X.first;
+    const ImuInput<double> u{s.sample.omega_ib_b, s.sample.f_ib_b, s.dt};
+    X = mechanize_exact(X, u, detail::exact_step(X, u, s.filter.dynamics.gravity));
+    benchmark::DoNotOptimize(X);
+  }
+}
+BENCHMARK(mechanize);
+
+void predict_full_rate(benchmark::State& state) {
+  const Scene& s = scene();
+  for (auto _ : state) {
+    Belief<Model> belief = s.belief;
+    NavTransition<double> t = s.ekf.predict(belief, s.sample, s.dt);
+    benchmark::DoNotOptimize(t);
+    benchmark::DoNotOptimize(belief);
+  }
+}
+BENCHMARK(predict_full_rate);
+
+void preintegrate_one_sample(benchmark::State& state) {
+  const Scene& s = scene();
+  const ImuInput<double> u{s.sample.omega_ib_b - s.b_0.tail<3>(), s.sample.f_ib_b - s.b_0.head<3>(), s.dt};
+  const Vector<double, 6> variance = s.dt * s.dt * input_variance(s.filter.dynamics.noise, s.dt);
+  const Preintegrated<double> begin = s.pre;
+  for (auto _ : state) {
+    Preintegrated<double> pre = begin;
+    pre.append(u, variance[0], variance[3]);
+    benchmark::DoNotOptimize(pre);
+  }
+}
+BENCHMARK(preintegrate_one_sample);
+
+void predict_interval(benchmark::State& state) {
+  const Scene& s = scene();
+  for (auto _ : state) {
+    Belief<Model> belief = s.belief;
+    s.ekf.predict(belief, s.pre, s.b_0);
+    benchmark::DoNotOptimize(belief);
+  }
+}
+BENCHMARK(predict_interval);
+
+void update_position(benchmark::State& state) {
+  const Scene& s = scene();
+  for (auto _ : state) {
+    Belief<Model> belief = s.at_fix;
+    const Prediction<double> m = Model::gnss_position(belief.X, s.flight.problem.data.l_ba_b);
+    Innovation<double> innovation = s.ekf.innovate(belief, s.fix.p_ea_e - m.h, m.H, s.fix.R_p_e);
+    s.ekf.correct(belief, innovation, m.H, s.fix.R_p_e, gate_weight(s.filter.gate, innovation.nis));
+    benchmark::DoNotOptimize(belief);
+  }
+}
+BENCHMARK(update_position);
+
+// One step of the plain Rauch-Tung-Striebel smoother, that is without the forward step it belongs to.
+void smoother_step_plain(benchmark::State& state) {
+  const Scene& s = scene();
+  Belief<Model> predicted = s.belief;
+  const NavTransition<double> t = s.ekf.predict(predicted, s.sample, s.dt);
+  const Smoother<Model> smoother{s.ekf};
+  for (auto _ : state) {
+    Belief<Model> smoothed = smoother.step(s.belief, t, predicted, predicted);
+    benchmark::DoNotOptimize(smoothed);
+  }
+}
+BENCHMARK(smoother_step_plain);
+
+// ---- Output ---------------------------------------------------------------------------------------------------------
+
+void output_row(benchmark::State& state) {
+  const Epoch epoch = epoch_of(scene().cursor.t_s, scene().belief);
+  for (auto _ : state) {
+    NavRow row = nav_row(epoch);
+    benchmark::DoNotOptimize(row);
+  }
+}
+BENCHMARK(output_row);
+
+// Nineteen numbers with their output_row, on the way to a file.
+void csv_row(benchmark::State& state) {
+  constexpr std::size_t kRows = 10000;
+  const std::vector<Epoch> epochs(kRows, epoch_of(scene().cursor.t_s, scene().belief));
+  const std::string path = (std::filesystem::temp_directory_path() / "liealign-kernels.csv").string();
+  for (auto _ : state) {
+    PartFile file(path);  // never committed: the part goes with it
+    write_trajectory_csv(file, epochs, true);
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kRows));
+}
+BENCHMARK(csv_row)->Unit(benchmark::kMillisecond);
+
+// ---- One candidate over the whole flight ----------------------------------------------------------------------------
+
+void candidate(benchmark::State& state, const Scene& (*of)(), bool intervals) {
+  AlignmentProblem problem = of().flight.problem;
+  if (!intervals) problem.intervals = {};
+  const std::vector<HeadingCandidate> one(1, {137.0 * kDegToRad, 0.0, false, {}});
+  for (auto _ : state) benchmark::DoNotOptimize(evaluate_candidates(problem, one));
+  state.counters["epochs"] = static_cast<double>(problem.data.imu.size());
+}
+BENCHMARK_CAPTURE(candidate, 1_hz_by_samples, &scene, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(candidate, 1_hz_by_intervals, &scene, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(candidate, 10_hz_by_samples, &scene_10_hz, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(candidate, 10_hz_by_intervals, &scene_10_hz, true)->Unit(benchmark::kMillisecond);
+
+// Their shared intervals.
+void preintegrate_flight(benchmark::State& state) {
+  const AlignmentProblem& problem = scene().flight.problem;
+  for (auto _ : state) benchmark::DoNotOptimize(preintegrate(problem));
+  state.counters["epochs"] = static_cast<double>(problem.data.imu.size());
+}
+BENCHMARK(preintegrate_flight)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace liealign
+
+BENCHMARK_MAIN();

@@ -1,0 +1,371 @@
+// liealign-stages: one flight through the library stage by stage, and one line of JSON with the seconds and the memory of each.
+//
+// Threads by OMP_NUM_THREADS. Medians over --repeat runs where a stage can be repeated. Beside the job itself, on request:
+// curves of many headings, the dense yardstick, and the plain full-rate filter and smoother to compare the result with.
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/resource.h>
+#include <unistd.h>
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <utility>
+
+#include "dense_filter.hpp"
+#include "liealign/core/units.hpp"
+#include "liealign/earth/geodesy.hpp"
+#include "liealign/estimate/smoother.hpp"
+#include "liealign/io/csv.hpp"
+#include "liealign/io/json.hpp"
+#include "liealign/pipeline/results.hpp"
+#include "liealign/pipeline/settings.hpp"
+
+namespace liealign::bench {
+namespace {
+
+using Model = LieModel<double>;
+
+struct Options {
+  std::string imu, gnss, folder, states;
+  std::vector<double> lever_arm = {0.0, 0.0, 0.0};
+  std::vector<std::string> formats = {"sbet"};
+  std::vector<int> candidates;
+  int by_samples = 0;           // headings of a curve without preintegration
+  double align_time_s = 300.0;  // motion that the candidates see; 0 = all
+  int repeat = 3;
+  bool dense = false, dense_smoother = false, check = false;
+};
+
+// ---- Clock and memory -----------------------------------------------------------------------------------------------
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// Median seconds of so many runs.
+template <typename Work>
+double median_seconds(int repeat, Work work) {
+  std::vector<double> seconds;
+  for (int i = 0; i < repeat; ++i) {
+    const double begin = seconds_now();
+    work();
+    seconds.push_back(seconds_now() - begin);
+  }
+  std::sort(seconds.begin(), seconds.end());
+  return seconds[seconds.size() / 2];
+}
+
+// A field of /proc/self/status in MB; nothing where there is no such file.
+std::optional<double> status_mb(const std::string& field) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(field + ":")) return 1024e-6 * std::stod(line.substr(field.size() + 1));
+  }
+  return std::nullopt;
+}
+
+double peak_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return status_mb("VmHWM").value_or(1024e-6 * static_cast<double>(usage.ru_maxrss));
+}
+
+// So that the next peak is that of the next stage alone. Linux only; elsewhere peaks are those since the start.
+void forget_peak() { std::ofstream("/proc/self/clear_refs") << "5"; }
+
+// Stages of the job, in their order.
+struct Stages {
+  Json list{JsonArray{}};
+
+  template <typename Work>
+  void run(const char* name, int repeat, Work work) {
+    forget_peak();
+    const std::optional<double> before = status_mb("VmRSS");
+    Json stage;
+    stage["stage"] = name;
+    stage["seconds"] = median_seconds(repeat, work);
+    stage["rss_before_mb"] = before;
+    stage["peak_mb"] = peak_mb();
+    list.push_back(std::move(stage));
+  }
+};
+
+// ---- The job --------------------------------------------------------------------------------------------------------
+
+Config config_from(const Options& o) {
+  Config config;
+  config.imu.file = o.imu;
+  config.gnss.file = o.gnss;
+  std::copy_n(o.lever_arm.begin(), 3, config.gnss.lever_arm_b_m.begin());
+  config.align.max_time_s = o.align_time_s;
+  config.output.formats = o.formats;
+  return config;
+}
+
+HeadingResult align(const PreparedFlight& flight) {
+  HeadingSearch search(heading_search_options(flight.config));
+  while (!search.done()) search.tell(evaluate_candidates(flight.problem, search.ask()));
+  return search.result();
+}
+
+Belief<Model> start_belief(const PreparedFlight& flight, const HeadingResult& heading) {
+  const AlignmentProblem& problem = flight.problem;
+  return belief_at_rest(problem.rest, heading.heading_rad, flight.config.initial.heading_std_deg * kDegToRad,
+                        problem.initial, problem.data.l_ba_b, flight.filter.dynamics.gravity);
+}
+
+// The full-rate forward pass of the library, with mechanization; states after the events.
+std::vector<NavState<double>> filter(const PreparedFlight& flight, const HeadingResult& heading) {
+  struct Recorder : SilentVisitor<Model> {
+    std::vector<NavState<double>> at_events;
+    void checkpoint(std::size_t, const Belief<Model>& belief, const ImuCursor&, const Model::State&,
+                    const Model::Covariance&) {
+      at_events.push_back(belief.X);
+    }
+  } recorder;
+  const FlightData& data = flight.problem.data;
+  Belief<Model> belief = start_belief(flight, heading);
+  forward_pass(data, with_gates(flight.filter, heading.gate_scales), belief, cursor_at(data.imu, flight.t_begin_s),
+               data.imu.back().t_s, recorder);
+  return recorder.at_events;
+}
+
+// IMU samples that a run goes through.
+std::size_t epochs_of(const PreparedFlight& flight) {
+  const ImuSeries& imu = flight.problem.data.imu;
+  return imu.size() - cursor_at(imu, flight.t_begin_s).k;
+}
+
+// ---- The yardstick and the check ------------------------------------------------------------------------------------
+
+std::vector<double> event_times(const PreparedFlight& flight) {
+  std::vector<double> times;
+  for (const Event& event : flight.problem.data.events) {
+    if (event.t_s > flight.t_begin_s) times.push_back(event.t_s);
+  }
+  return times;
+}
+
+// As trajectory.csv, without sigmas.
+void write_states(const std::string& path, const std::vector<double>& times,
+                  const std::function<SE23<double>(std::size_t)>& state) {
+  const std::vector<CsvColumn> columns = {{"time_s", 6},   {"lat_deg", 11},  {"lon_deg", 11},   {"height_m", 5},
+                                          {"roll_deg", 6}, {"pitch_deg", 6}, {"heading_deg", 6}};
+  write_csv(path, columns, times.size(), [&](std::size_t i, double* c) {
+    const SE23<double> X = state(i);
+    const Geodetic g = geodetic_from_ecef(X.p);
+    const Vector3d rpy = rpy_from_C_b_n(C_n_e(X.p).transpose() * X.C) * kRadToDeg;
+    const double row[] = {times[i], g.lat_rad * kRadToDeg, g.lon_rad * kRadToDeg, g.height_m, rpy[0], rpy[1], rpy[2]};
+    std::copy(std::begin(row), std::end(row), c);
+  });
+}
+
+// That both smoothers do the same work: rms over the second half of the flight, where every fix lies on a stamp of the IMU.
+Json difference(const std::vector<DenseBelief>& dense, const std::vector<Epoch>& epochs) {
+  Json json;
+  if (dense.size() + 1 != epochs.size()) return json;
+  double position = 0.0, attitude = 0.0;
+  const std::size_t begin = dense.size() / 2, n = dense.size() - begin;
+  for (std::size_t i = begin; i < dense.size(); ++i) {
+    const SE23<double>& X = epochs[i].X.first;
+    position += (dense[i].X.p - X.p).squaredNorm();
+    attitude += SO3<double>{X.C.transpose() * dense[i].X.C_b_e}.log().squaredNorm();
+  }
+  json["position_m"] = std::sqrt(position / static_cast<double>(n));
+  json["attitude_deg"] = std::sqrt(attitude / static_cast<double>(n)) * kRadToDeg;
+  return json;
+}
+
+Json dense_yardstick(const Options& o, const PreparedFlight& flight, const HeadingResult& heading,
+                     const std::vector<Epoch>& smoothed, std::vector<DenseState>& at_events) {
+  const FlightData& data = flight.problem.data;
+  const DenseBelief start = dense_belief(start_belief(flight, heading));
+  Json json;
+  json["filter_seconds"] = median_seconds(o.repeat, [&] {
+    DenseBelief belief = start;
+    at_events.clear();
+    dense_forward(data, flight.filter, flight.t_begin_s, belief, at_events);
+  });
+  if (!o.dense_smoother) return json;
+  std::vector<DenseBelief> dense;
+  json["filter_and_smoother_seconds"] = median_seconds(1, [&] {
+    DenseBelief belief = start;
+    std::vector<DenseState> again;
+    std::vector<DenseStep> steps;
+    dense_forward(data, flight.filter, flight.t_begin_s, belief, again, &steps);
+    dense = dense_backward(steps, belief);
+  });
+  json["smoother_difference"] = difference(dense, smoothed);
+  return json;
+}
+
+// The Rauch-Tung-Striebel smoother over a full-rate forward pass, step by step, as process() must come out.
+std::vector<Epoch> plain_smoother(const PreparedFlight& flight, const HeadingResult& heading, double heading_std_rad) {
+  struct Recorder : SilentVisitor<Model> {
+    std::vector<Checkpoint<Model>> checkpoints;
+    void checkpoint(std::size_t, const Belief<Model>& belief, const ImuCursor& cursor, const Model::State& X,
+                    const Model::Covariance& P) {
+      checkpoints.push_back({belief, cursor, {X, P}});
+    }
+  };
+  const AlignmentProblem& problem = flight.problem;
+  const FlightData& data = problem.data;
+  Belief<Model> belief = belief_at_rest(problem.rest, heading.heading_rad, heading_std_rad, problem.initial,
+                                        data.l_ba_b, flight.filter.dynamics.gravity);
+  const ImuCursor start = cursor_at(data.imu, flight.t_begin_s);
+  Recorder recorder{{}, {{belief, start, belief}}};
+  forward_pass(data, with_gates(flight.filter, heading.gate_scales), belief, start, data.imu.back().t_s, recorder);
+  std::vector<Epoch> epochs;
+  smooth(
+      Ekf<Model>{flight.filter.dynamics, flight.filter.covariance_reset}, data, recorder.checkpoints,
+      [&](std::size_t k, const Belief<Model>& b) { epochs.push_back(epoch_of(data.imu[k].t_s, b)); },
+      [](std::size_t, const Belief<Model>&) {});
+  std::reverse(epochs.begin(), epochs.end());
+  return epochs;
+}
+
+// How far the epochs are from the plain smoother's, in its sigmas, and their sigmas from its sigmas: the largest.
+Json compare(const std::vector<Epoch>& epochs, const std::vector<Epoch>& plain) {
+  if (epochs.size() != plain.size()) throw Error("the smoothers disagree about the number of epochs");
+  double difference = 0.0, squares = 0.0, sigma = 0.0;
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    const Model::Tangent d = Model::local(plain[i].X, epochs[i].X);
+    const std::pair<const Matrix3d*, const Matrix3d*> blocks[] = {
+        {&epochs[i].P_phi, &plain[i].P_phi}, {&epochs[i].P_nu, &plain[i].P_nu}, {&epochs[i].P_rho, &plain[i].P_rho}};
+    for (int j = 0; j < 9; ++j) {
+      const double std = std::sqrt((*blocks[j / 3].second)(j % 3, j % 3));
+      const double off = std::abs(d[j]) / std;
+      difference = std::max(difference, off);
+      squares += off * off;
+      sigma = std::max(sigma, std::abs(std::sqrt((*blocks[j / 3].first)(j % 3, j % 3)) / std - 1.0));
+    }
+  }
+  Json json;
+  json["largest_difference_in_sigma"] = difference;
+  json["rms_difference_in_sigma"] = std::sqrt(squares / (9.0 * static_cast<double>(plain.size())));
+  json["largest_relative_sigma_error"] = sigma;
+  return json;
+}
+
+// ---- Curves of many headings ----------------------------------------------------------------------------------------
+
+double curve_seconds(int repeat, const AlignmentProblem& problem, int headings) {
+  std::vector<HeadingCandidate> candidates(static_cast<std::size_t>(headings));
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    candidates[i].heading_rad = 2.0 * kPi * static_cast<double>(i) / static_cast<double>(headings);
+  }
+  return median_seconds(repeat, [&] { evaluate_candidates(problem, candidates); });
+}
+
+Json curves(const Options& o, AlignmentProblem problem) {
+  const auto after = [](double t, const Event& e) { return t < e.t_s; };
+  const auto& events = problem.data.events;
+  Json json;
+  json["preintegration_seconds"] = median_seconds(o.repeat, [&] { problem.intervals = preintegrate(problem); });
+  json["intervals"] = problem.intervals.intervals.size();
+  json["epochs"] = cursor_at(problem.data.imu, problem.t_end_s).k - cursor_at(problem.data.imu, problem.t_begin_s).k;
+  json["events"] = std::upper_bound(events.begin(), events.end(), problem.t_end_s, after) -
+                   std::upper_bound(events.begin(), events.end(), problem.t_begin_s, after);
+  json["by_intervals"] = JsonArray{};
+  for (const int headings : o.candidates) {
+    Json curve;
+    curve["headings"] = headings;
+    curve["seconds"] = curve_seconds(o.repeat, problem, headings);
+    json["by_intervals"].push_back(std::move(curve));
+  }
+  if (o.by_samples == 0) return json;
+  problem.intervals = {};
+  json["by_samples"]["headings"] = o.by_samples;
+  json["by_samples"]["seconds"] = curve_seconds(o.repeat, problem, o.by_samples);
+  return json;
+}
+
+// ---- All of it ------------------------------------------------------------------------------------------------------
+
+int threads() {
+#ifdef _OPENMP
+  return omp_get_max_threads();
+#else
+  return 1;
+#endif
+}
+
+Json run(const Options& o) {
+  Stages stages;
+  std::optional<Flight> read;
+  stages.run("read", 1, [&] { read = read_flight(config_from(o)); });
+  std::optional<PreparedFlight> prepared;
+  stages.run("prepare", 1, [&] { prepared = prepare_flight(std::move(*read)); });
+  read.reset();
+  const PreparedFlight& flight = *prepared;
+  HeadingResult heading;
+  stages.run("align", o.repeat, [&] { heading = align(flight); });
+  std::vector<NavState<double>> filtered;
+  stages.run("filter", o.repeat, [&] { filtered = filter(flight, heading); });
+  Solution solution;
+  stages.run("filter_and_smoother", o.repeat, [&] {
+    solution = {};  // one at a time, or the peak would be that of two
+    solution = process(flight, heading);
+  });
+  if (!o.folder.empty()) stages.run("write", 1, [&] { write_results(o.folder, flight, heading, solution); });
+
+  Json json;
+  json["epochs"] = epochs_of(flight);
+  json["fixes"] = flight.problem.data.fixes.size();
+  json["seconds_of_flight"] = flight.problem.data.imu.back().t_s - flight.problem.data.imu.front().t_s;
+  json["threads"] = threads();
+  json["heading_deg"] = heading.heading_rad * kRadToDeg;
+  json["heading_evaluations"] = heading.evaluations;
+  json["stages"] = stages.list;
+  if (o.check) {
+    json["check"] = compare(solution.smoothed, plain_smoother(flight, heading, solution.heading_std_initial_rad));
+  }
+  if (!o.candidates.empty()) json["curves"] = curves(o, flight.problem);
+  std::vector<DenseState> dense;
+  if (o.dense) json["dense"] = dense_yardstick(o, flight, heading, solution.smoothed, dense);
+  if (!o.states.empty()) {
+    const std::vector<double> times = event_times(flight);
+    write_states(o.states + "/filtered_at_fixes.csv", times, [&](std::size_t i) { return filtered[i].first; });
+    if (o.dense) {
+      write_states(o.states + "/dense_at_fixes.csv", times, [&](std::size_t i) {
+        return SE23<double>{dense[i].C_b_e, dense[i].v, dense[i].p};
+      });
+    }
+  }
+  return json;
+}
+
+}  // namespace
+}  // namespace liealign::bench
+
+int main(int argc, char** argv) {
+  liealign::bench::Options o;
+  CLI::App cli("One flight through liealign, stage by stage; one line of JSON.", "liealign-stages");
+  cli.add_option("--imu", o.imu, "Native imu.csv")->required();
+  cli.add_option("--gnss", o.gnss, "Native gnss.csv")->required();
+  cli.add_option("--lever-arm", o.lever_arm, "From the IMU to the antenna [m]")->expected(3);
+  cli.add_option("--write", o.folder, "Folder for the results; without it nothing is written");
+  cli.add_option("--format", o.formats, "Trajectory files to write")->delimiter(',');
+  cli.add_option("--states", o.states, "Folder for the filtered states at the fixes");
+  cli.add_option("--candidates", o.candidates, "Numbers of headings of curves to time")->delimiter(',');
+  cli.add_option("--by-samples", o.by_samples, "Headings of a curve without preintegration");
+  cli.add_option("--align-time", o.align_time_s, "Motion that candidates see [s]; 0: all");
+  cli.add_option("--repeat", o.repeat, "Runs of a stage, of which the median counts")->check(CLI::PositiveNumber);
+  cli.add_flag("--dense", o.dense, "Also the dense yardstick");
+  cli.add_flag("--dense-smoother", o.dense_smoother, "Also its smoother, which keeps every step: 6 kB an epoch");
+  cli.add_flag("--check", o.check, "Compare with the plain full-rate filter and smoother");
+  CLI11_PARSE(cli, argc, argv);
+  try {
+    std::printf("%s\n", liealign::dump_json(liealign::bench::run(o), 0).c_str());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
