@@ -5,10 +5,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <benchmark/benchmark.h>
 
-#include <cstdio>
-#include <filesystem>
-
 #include "liealign/core/units.hpp"
+#include "liealign/estimate/inside_interval.hpp"
 #include "liealign/estimate/smoother.hpp"
 #include "liealign/pipeline/settings.hpp"
 #include "liealign/pipeline/simulated_flight.hpp"
@@ -152,11 +150,11 @@ BENCHMARK(predict_full_rate);
 void preintegrate_one_sample(benchmark::State& state) {
   const Scene& s = scene();
   const ImuInput<double> u{s.sample.omega_ib_b - s.b_0.tail<3>(), s.sample.f_ib_b - s.b_0.head<3>(), s.dt};
-  const Vector<double, 6> variance = s.dt * s.dt * input_variance(s.filter.dynamics.noise, s.dt);
+  const WhiteDensity white = white_density(s.filter.dynamics.noise, 0.0);
   const Preintegrated<double> begin = s.pre;
   for (auto _ : state) {
     Preintegrated<double> pre = begin;
-    pre.append(u, variance[0], variance[3]);
+    pre.append(u, white.accel * s.dt, white.gyro * s.dt);
     benchmark::DoNotOptimize(pre);
   }
 }
@@ -197,6 +195,52 @@ void smoother_step_plain(benchmark::State& state) {
 }
 BENCHMARK(smoother_step_plain);
 
+// What a smoothed second starts from: its samples, and a future that is surer of the state than the filter.
+struct Second {
+  IntervalStep step;
+  Belief<Model> smoothed_end;
+  Adjoint adjoint;
+  Vector<double, 6> half_walk;
+};
+
+const Second& second() {
+  static const Second one = [] {
+    const Scene& s = scene();
+    Second made;
+    made.step.before = made.step.predicted = s.belief;
+    made.step.pre = s.pre;
+    made.step.pull = s.ekf.predict(made.step.predicted, s.pre, s.b_0);
+    made.smoothed_end = {made.step.predicted.X, 0.5 * made.step.predicted.P};
+    made.adjoint = adjoint_before(made.step, made.smoothed_end, true);
+    made.half_walk = s.ekf.half_walk(s.pre.T);
+    return made;
+  }();
+  return one;
+}
+
+// Back over a whole interval.
+void smoother_step_interval(benchmark::State& state) {
+  const Second& s = second();
+  for (auto _ : state) {
+    const Adjoint adjoint = adjoint_before(s.step, s.smoothed_end, true);
+    Belief<Model> smoothed = smoothed_before(s.step, adjoint, true);
+    benchmark::DoNotOptimize(smoothed);
+  }
+}
+BENCHMARK(smoother_step_interval);
+
+// State and covariance at one sample inside it.
+void epoch_inside(benchmark::State& state, bool smoothed) {
+  const Second& s = second();
+  const InsideInterval inside(s.step, s.half_walk, smoothed ? &s.adjoint : nullptr, true);
+  for (auto _ : state) {
+    NavBelief belief = inside.nav_at(s.step.pre);
+    benchmark::DoNotOptimize(belief);
+  }
+}
+BENCHMARK_CAPTURE(epoch_inside, filter, false);
+BENCHMARK_CAPTURE(epoch_inside, smoother, true);
+
 // ---- Output ---------------------------------------------------------------------------------------------------------
 
 void output_row(benchmark::State& state) {
@@ -208,18 +252,19 @@ void output_row(benchmark::State& state) {
 }
 BENCHMARK(output_row);
 
-// Nineteen numbers with their output_row, on the way to a file.
-void csv_row(benchmark::State& state) {
-  constexpr std::size_t kRows = 10000;
-  const std::vector<Epoch> epochs(kRows, epoch_of(scene().cursor.t_s, scene().belief));
-  const std::string path = (std::filesystem::temp_directory_path() / "liealign-kernels.csv").string();
+// Rows of trajectory.csv with their output_row, and the same as SBET with SMRMSG.
+void trajectory_row(benchmark::State& state, const TrajectoryText& wanted) {
+  constexpr std::size_t kRows = 1000;
+  const std::vector<Epoch> epochs(kRows, epoch_of(scene().sample.t_s, scene().belief));
   for (auto _ : state) {
-    PartFile file(path);  // never committed: the part goes with it
-    write_trajectory_csv(file, epochs, true);
+    TrajectoryPart part;
+    append_epochs(part, wanted, scene().flight, epochs, true);
+    benchmark::DoNotOptimize(part);
   }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kRows));
 }
-BENCHMARK(csv_row)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(trajectory_row, csv, TrajectoryText{.csv = true});
+BENCHMARK_CAPTURE(trajectory_row, sbet, TrajectoryText{.sbet = true});
 
 // ---- One candidate over the whole flight ----------------------------------------------------------------------------
 

@@ -19,8 +19,7 @@ _STAGES = {
     "read": "read and check the text",
     "prepare": "prepare: coning, rests, preintegration for the alignment",
     "align": "align: find the heading",
-    "filter_and_smoother": "filter and smoother",
-    "write": "write SBET, SMRMSG, biases, innovations, summaries",
+    "to_files": "filter, smooth and write SBET, SMRMSG, biases, innovations, summaries",
 }
 _GTSAM_STAGES = {
     "import": "import",
@@ -99,6 +98,10 @@ def _job(results: Json) -> str:
         (_STAGES[row["stage"]], seconds(row["seconds"]), share)
         for row, share in zip(used, shares, strict=True)
     ]
+    alone = stage(figures, "filter_and_smoother")["seconds"]
+    rows.append(
+        ("(filter and smoother alone, every epoch, no files)", seconds(alone), f"{100 * alone / total:.0f} %")
+    )
     return table("stage|time|share", [*rows, ("all", seconds(total), "")])
 
 
@@ -171,7 +174,7 @@ def _scaling(results: Json) -> str:
             f"{memory_mb(f):.0f} MB",
         ]
         rows.append(cells)
-    head = "flight|IMU epochs|read|prepare|align|filter, smoother|write|all"
+    head = "flight|IMU epochs|read|prepare|align|filter, smoother, files|all"
     return table(head + "|filter, smoother per epoch|log in memory|memory beyond the input", rows)
 
 
@@ -182,9 +185,9 @@ def _threads(results: Json) -> str:
         now, then = stage(f, name)["seconds"], stage(first, name)["seconds"]
         return f"{seconds(now)} ({then / now:.2f})"
 
-    names = ["prepare", "align", "filter", "filter_and_smoother", "write"]
+    names = ["prepare", "align", "filter", "filter_and_smoother", "to_files"]
     rows = [[f["threads"], *(cell(f, name) for name in names)] for f in results["by_threads"]]
-    return table("threads|prepare|align|filter|filter and smoother|write", rows)
+    return table("threads|prepare|align|filter|filter and smoother|the same to files", rows)
 
 
 def _curves(results: Json) -> str:

@@ -20,6 +20,7 @@
 #include "dense_filter.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
+#include "liealign/estimate/interval_smoother.hpp"
 #include "liealign/estimate/smoother.hpp"
 #include "liealign/io/csv.hpp"
 #include "liealign/io/json.hpp"
@@ -120,20 +121,28 @@ Belief<Model> start_belief(const PreparedFlight& flight, const HeadingResult& he
                         problem.initial, problem.data.l_ba_b, flight.filter.dynamics.gravity);
 }
 
-// The full-rate forward pass of the library, with mechanization; states after the events.
-std::vector<NavState<double>> filter(const PreparedFlight& flight, const HeadingResult& heading) {
-  struct Recorder : SilentVisitor<Model> {
-    std::vector<NavState<double>> at_events;
-    void checkpoint(std::size_t, const Belief<Model>& belief, const ImuCursor&, const Model::State&,
-                    const Model::Covariance&) {
-      at_events.push_back(belief.X);
-    }
-  } recorder;
-  const FlightData& data = flight.problem.data;
-  Belief<Model> belief = start_belief(flight, heading);
-  forward_pass(data, with_gates(flight.filter, heading.gate_scales), belief, cursor_at(data.imu, flight.t_begin_s),
-               data.imu.back().t_s, recorder);
-  return recorder.at_events;
+// The filter of the library with state and covariance at every IMU epoch, as for filtered.csv; states after the events.
+struct FullRate {
+  std::vector<NavState<double>> at_events;
+  double sum = 0.0;  // of something of every epoch, so that none is optimised away
+
+  void updated(const Event&, UpdateKind, const Innovation<double>&) const {}
+  bool wanted(std::size_t) const { return true; }
+  void epoch(std::size_t, const Belief<Model>& belief) { sum += belief.P(0, 0); }
+  void inside(std::size_t, const InsideInterval& filtered, const Preintegrated<double>& pre) {
+    sum += filtered.nav_at(pre).P_nn(0, 0);
+  }
+  void node(const RunState& run) {
+    if (run.at_event) at_events.push_back(run.belief.X);
+  }
+};
+
+FullRate filter(const PreparedFlight& flight, const HeadingResult& heading) {
+  FullRate rate;
+  const ImuCursor start = cursor_at(flight.problem.data.imu, flight.t_begin_s);
+  run_forward(flight.problem.data, with_gates(flight.filter, heading.gate_scales),
+              {start_belief(flight, heading), start, {0, start.t_s}, 0, true}, rate);
+  return rate;
 }
 
 // IMU samples that a run goes through.
@@ -306,14 +315,16 @@ Json run(const Options& o) {
   const PreparedFlight& flight = *prepared;
   HeadingResult heading;
   stages.run("align", o.repeat, [&] { heading = align(flight); });
-  std::vector<NavState<double>> filtered;
+  FullRate filtered;
   stages.run("filter", o.repeat, [&] { filtered = filter(flight, heading); });
-  Solution solution;
-  stages.run("filter_and_smoother", o.repeat, [&] {
-    solution = {};  // one at a time, or the peak would be that of two
-    solution = process(flight, heading);
-  });
-  if (!o.folder.empty()) stages.run("write", 1, [&] { write_results(o.folder, flight, heading, solution); });
+  const EpochSink nowhere{[](std::size_t, const std::vector<Epoch>&) {}, [](std::size_t) {}};
+  stages.run("filter_and_smoother", o.repeat, [&] { process(flight, heading, nowhere, nowhere); });
+  if (!o.folder.empty()) {
+    stages.run("to_files", o.repeat, [&] {
+      ResultFiles files(o.folder, flight, heading);
+      files.finish(process(flight, heading, files.smoothed(), files.filtered()));
+    });
+  }
 
   Json json;
   json["epochs"] = epochs_of(flight);
@@ -323,6 +334,8 @@ Json run(const Options& o) {
   json["heading_deg"] = heading.heading_rad * kRadToDeg;
   json["heading_evaluations"] = heading.evaluations;
   json["stages"] = stages.list;
+  Solution solution;
+  if (o.check || o.dense) solution = process(flight, heading);
   if (o.check) {
     json["check"] = compare(solution.smoothed, plain_smoother(flight, heading, solution.heading_std_initial_rad));
   }
@@ -331,7 +344,8 @@ Json run(const Options& o) {
   if (o.dense) json["dense"] = dense_yardstick(o, flight, heading, solution.smoothed, dense);
   if (!o.states.empty()) {
     const std::vector<double> times = event_times(flight);
-    write_states(o.states + "/filtered_at_fixes.csv", times, [&](std::size_t i) { return filtered[i].first; });
+    write_states(o.states + "/filtered_at_fixes.csv", times,
+                 [&](std::size_t i) { return filtered.at_events[i].first; });
     if (o.dense) {
       write_states(o.states + "/dense_at_fixes.csv", times, [&](std::size_t i) {
         return SE23<double>{dense[i].C_b_e, dense[i].v, dense[i].p};

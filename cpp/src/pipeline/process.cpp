@@ -121,27 +121,15 @@ struct Run {
 // The forward pass over intervals.
 struct IntervalRecorder {
   Run& run;
-  std::vector<std::pair<std::size_t, Preintegrated<double>>> samples = {};  // inside the present interval
 
   void updated(const Event& event, UpdateKind kind, const Innovation<double>& i) const { run.record(event, kind, i); }
-
-  void inside(std::size_t k, const Preintegrated<double>& pre) {
-    if (run.filtered.wanted) samples.emplace_back(k, pre);
+  bool wanted(std::size_t k) const { return run.filtered.wanted && run.output.wanted(k); }
+  void epoch(std::size_t k, const Belief<Model>& belief) const { run.filtered.add(0, k, belief); }
+  void inside(std::size_t k, const InsideInterval& filtered, const Preintegrated<double>& pre) const {
+    run.filtered.add(0, k, filtered, pre);
   }
-
-  void at_node(const ImuCursor& at, const Belief<Model>& belief) const {
-    if (run.data().imu[at.k - 1].t_s == at.t_s) run.filtered.add(0, at.k - 1, belief);
-  }
-
-  void node(const IntervalStep& step, const RunState& state) {
-    if (run.filtered.wanted && step.pre.T > 0.0) {
-      at_node(step.from, step.before);
-      const Vector<double, 6> half_walk = 0.5 * bias_variance(run.filter.dynamics.noise, step.pre.T);
-      const InsideInterval inside_it(step, half_walk, nullptr, run.filter.covariance_reset);
-      for (const auto& [k, pre] : samples) run.filtered.add(0, k, inside_it, pre);
-      samples.clear();
-      run.filtered.hand_on(kPartEpochs);
-    }
+  void node(const RunState& state) const {
+    run.filtered.hand_on(kPartEpochs);
     const std::size_t n = run.data().events.size();
     if (state.next_event % (1 + n / 50) == 0) run.report(0, 3, state.next_event, n);
   }
@@ -150,7 +138,6 @@ struct IntervalRecorder {
 void by_intervals(Run& run, const Belief<Model>& belief, const ImuCursor& start) {
   IntervalRecorder recorder{run};
   const ForwardRun forward = run_forward(run.data(), run.filter, {belief, start, {0, start.t_s}, 0, true}, recorder);
-  recorder.at_node(forward.end.at, forward.end.belief);
   run.filtered.hand_on(0);
 
   struct EventPair {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "liealign/core/progress.hpp"
@@ -23,17 +24,42 @@ struct ForwardRun {
 
 inline constexpr std::size_t kBlockNodes = 32;
 
-// From `run` through all events. visitor.updated() and visitor.inside() as in next_node(), visitor.node(step) after each,
-// with the state after its updates in `run`.
+// Passes on what next_node() tells, and keeps the samples inside the interval that are wanted.
+template <typename Visitor>
+struct WantedSamples {
+  Visitor& visitor;
+  std::vector<std::pair<std::size_t, Preintegrated<double>>> samples = {};
+
+  void updated(const Event& event, UpdateKind kind, const Innovation<double>& i) { visitor.updated(event, kind, i); }
+  void inside(std::size_t k, const Preintegrated<double>& pre) {
+    if (visitor.wanted(k)) samples.emplace_back(k, pre);
+  }
+};
+
+// From `run` through all events. The visitor gets updated() as in next_node(), node(run) after each, and for the stamps
+// of samples k that are wanted(k) the filter's epochs in the order of time: epoch(k, belief) at a node, inside(k,
+// InsideInterval, pre) between two.
 template <typename Visitor>
 ForwardRun run_forward(const FlightData& data, const FilterOptions& options, RunState run, Visitor& visitor) {
+  const auto give_node = [&](const ImuCursor& at, const Belief<LieModel<double>>& belief) {
+    if (data.imu[at.k - 1].t_s == at.t_s && visitor.wanted(at.k - 1)) visitor.epoch(at.k - 1, belief);
+  };
   ForwardRun result;
   IntervalStep step;
+  WantedSamples<Visitor> inside{visitor};
   for (std::size_t node = 0; run.next_event < data.events.size(); ++node) {
     if (node % kBlockNodes == 0) result.blocks.push_back(run);
-    next_node(data, options, run, step, visitor);
-    visitor.node(step, run);
+    next_node(data, options, run, step, inside);
+    if (step.pre.T > 0.0) give_node(step.from, step.before);
+    if (!inside.samples.empty()) {
+      const Vector<double, 6> half_walk = 0.5 * bias_variance(options.dynamics.noise, step.pre.T);
+      const InsideInterval filtered(step, half_walk, nullptr, options.covariance_reset);
+      for (const auto& [k, pre] : inside.samples) visitor.inside(k, filtered, pre);
+      inside.samples.clear();
+    }
+    visitor.node(run);
   }
+  give_node(run.at, run.belief);
   result.end = run;
   return result;
 }

@@ -42,9 +42,9 @@ struct Preintegrated {
     const Matrix3<Scalar> E = dt * (dC * gamma<1>(phi, a));  // int C over the sample
     const Vector3<Scalar> step_v = E * u.f_ib_b;
     const Vector3<Scalar> step_p = dt * (dt * (dC * (gamma<2>(phi, a) * u.f_ib_b)) + dv);
-    const Vector3<Scalar> v = dv + half * step_v;  // at the middle of the sample
-    const Vector3<Scalar> r =
-        dp + half * step_p + half * dt * v;  // where an error of the rate there takes rho by the end
+    // What an error of the rate over the sample makes of nu and rho by its end: the means of dv_s and of dp_s + (dt - s) dv_s.
+    const Vector3<Scalar> v = dv + half * step_v;
+    const Vector3<Scalar> r = dp + step_p - (dt / Scalar(6)) * step_v;
 
     B_rho_g += dt * B_nu_g - cross_rows(r, E);
     B_rho_a += dt * (B_phi_g - half * E);
@@ -100,8 +100,8 @@ SE23<Scalar> increments(const Preintegrated<Scalar>& pre, const Vector<Scalar, 6
   return SE23<Scalar>::exp(eta) * SE23<Scalar>{pre.dC, pre.dv, pre.dp};
 }
 
-// Gravitation along an interval of T seconds, a parabola through its values at the start, the middle and the end: what it
-// pulls by t [s] is what Simpson's rule gives at T.
+// Gravitation along an interval of T seconds, the parabola through its values at the start, the middle and the end; what it
+// pulls at T is what Simpson's rule gives:  gamma(t) = start + slope t + bend t^2           (Eq. 52)
 template <typename Scalar>
 struct IntervalPull {
   Vector3<Scalar> start = Vector3<Scalar>::Zero(), slope = start, bend = start;  // m/s^2, by t, by t^2
