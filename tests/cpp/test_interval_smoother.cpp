@@ -62,18 +62,13 @@ struct Shaken {
 Cov transition_to(const Preintegrated<double>& pre) {
   Cov A = Cov::Identity();
   A.block<3, 3>(kRho, kNu) = pre.T * Matrix3d::Identity();
-  A.block<3, 3>(kPhi, kBg) = A.block<3, 3>(kNu, kBa) = pre.B_phi_g;
-  A.block<3, 3>(kNu, kBg) = pre.B_nu_g;
-  A.block<3, 3>(kRho, kBa) = pre.B_rho_a;
-  A.block<3, 3>(kRho, kBg) = pre.B_rho_g;
+  A.topRightCorner<9, 6>() = pre.B.topRows<9>();
   return A;
 }
 
 Cov noise_to(const Preintegrated<double>& pre) {
   Cov Q = Cov::Zero();
-  NavSquare<double> nav;
-  white_noise(pre, nav);
-  Q.topLeftCorner<9, 9>() = nav.topRows<9>();
+  Q.topLeftCorner<9, 9>() = pre.Q.topRows<9>();
   return Q;
 }
 

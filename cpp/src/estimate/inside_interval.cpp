@@ -95,11 +95,7 @@ NavBelief InsideInterval::compute(const Preintegrated<double>& pre, NavColumns<d
   // Here the second half of the gradient has not acted yet.
   StartAxes<double> axes = axes_;
   axes.kick.setZero();
-  Tall6 B = Tall6::Zero();
-  B.block<3, 3>(kPhi, 3) = B.block<3, 3>(kNu, 0) = pre.B_phi_g;
-  B.block<3, 3>(kNu, 3) = pre.B_nu_g;
-  B.block<3, 3>(kRho, 0) = pre.B_rho_a;
-  B.block<3, 3>(kRho, 3) = pre.B_rho_g;
+  const Tall6& B = pre.B;
   const auto drift_rows = [&](auto& M) { M.template middleRows<3>(kRho) += t * M.template middleRows<3>(kNu); };
 
   NavBelief out;
@@ -112,13 +108,13 @@ NavBelief InsideInterval::compute(const Preintegrated<double>& pre, NavColumns<d
   Tall6 D_P_nb = P_nb_;
   drift_rows(D_P_nb);
   const Tall6 BP = B.lazyProduct(P_bb_);
-  NavSquare<double> Y = NavSquare<double>::Zero(), N_transposed;
-  add_bias_columns<double, 12>(Y, Tall6(D_P_nb + 0.5 * BP), pre);
-  white_noise(pre, N_transposed);
-  S += N_transposed;
+  const Tall6 half = D_P_nb + 0.5 * BP;
+  NavSquare<double> Y = half.lazyProduct(B.topRows<kNav>().transpose()), N_transposed;
+  S += pre.Q;
 
   Model::Tangent eps = Model::Tangent::Zero();
   if (smoothed_) {
+    N_transposed = pre.Q;
     drift(N_transposed, -t);
     NavSquare<double> AM = M_nn_;
     drift_rows(AM);

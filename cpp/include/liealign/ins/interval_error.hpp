@@ -91,33 +91,6 @@ void leave_interval(NavColumns<Scalar, rows>& M, const SE23<Scalar>& d, const St
   }
 }
 
-// M B^T for M with columns (b_a, b_g), added to `out`.
-template <typename Scalar, int rows>
-void add_bias_columns(NavColumns<Scalar, rows>& out, const Eigen::Matrix<Scalar, rows, 6>& M,
-                      const Preintegrated<Scalar>& pre) {
-  constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho, kBa = 0, kBg = 3;
-  const Eigen::Matrix<Scalar, rows, 3> a = M.template middleCols<3>(kBa), g = M.template middleCols<3>(kBg);
-  out.template middleCols<3>(kPhi) += g.lazyProduct(pre.B_phi_g.transpose());
-  out.template middleCols<3>(kNu) += a.lazyProduct(pre.B_phi_g.transpose()) + g.lazyProduct(pre.B_nu_g.transpose());
-  out.template middleCols<3>(kRho) += a.lazyProduct(pre.B_rho_a.transpose()) + g.lazyProduct(pre.B_rho_g.transpose());
-}
-
-// Q_t of (Eq. 53).
-template <typename Scalar>
-void white_noise(const Preintegrated<Scalar>& pre, NavSquare<Scalar>& Q) {
-  constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
-  Q.template bottomRows<3>().setZero();
-  Q.template block<3, 3>(kPhi, kPhi) = pre.Q_phi * Matrix3<Scalar>::Identity();
-  Q.template block<3, 3>(kNu, kPhi) = hat(pre.q_nu);
-  Q.template block<3, 3>(kPhi, kNu) = -hat(pre.q_nu);
-  Q.template block<3, 3>(kRho, kPhi) = hat(pre.q_rho);
-  Q.template block<3, 3>(kPhi, kRho) = -hat(pre.q_rho);
-  Q.template block<3, 3>(kNu, kNu) = pre.Q_nu;
-  Q.template block<3, 3>(kNu, kRho) = pre.Q_nu_rho;
-  Q.template block<3, 3>(kRho, kNu) = pre.Q_nu_rho.transpose();
-  Q.template block<3, 3>(kRho, kRho) = pre.Q_rho;
-}
-
 // The transition (F, B) of the left error over the whole interval, as matrices.
 template <typename Scalar>
 NavTransition<Scalar> interval_transition(const StartAxes<Scalar>& axes, const SE23<Scalar>& d,
@@ -126,8 +99,7 @@ NavTransition<Scalar> interval_transition(const StartAxes<Scalar>& axes, const S
   enter_interval(F_transposed, axes);
   drift(F_transposed, Scalar(pre.T));
   leave_interval(F_transposed, d, axes);
-  NavColumns<Scalar, 6> B_transposed = NavColumns<Scalar, 6>::Zero();
-  add_bias_columns<Scalar, 6>(B_transposed, SquareMatrix<Scalar, 6>::Identity(), pre);
+  NavColumns<Scalar, 6> B_transposed = pre.B.template topRows<9>().transpose();
   leave_interval(B_transposed, d, axes);
   return {F_transposed.transpose(), B_transposed.transpose()};
 }
@@ -154,18 +126,15 @@ void propagate_interval(SquareMatrix<Scalar, 15>& P, const StartAxes<Scalar>& ax
   enter_interval(P_bn, axes);
   drift(P_bn, T);
 
-  NavColumns<Scalar, kBias> bb_B = NavColumns<Scalar, kBias>::Zero();
-  add_bias_columns<Scalar, kBias>(bb_B, P_bb, pre);
+  const Eigen::Matrix<Scalar, kBias, kNav> B_transposed = pre.B.template topRows<kNav>().transpose();
+  const Eigen::Matrix<Scalar, 12, kBias> B_bb = pre.B.lazyProduct(P_bb);
   // S + B P_bn + P_nb B^T + B P_bb B^T + Q = S + Y + Y^T + Q
-  Eigen::Matrix<Scalar, 12, kBias> half;
-  half.template topRows<kNav>() = (P_bn + Scalar(0.5) * bb_B).transpose();
-  half.template bottomRows<3>().setZero();
-  NavSquare<Scalar> Y = NavSquare<Scalar>::Zero(), Q;
-  add_bias_columns<Scalar, 12>(Y, half, pre);
-  white_noise(pre, Q);
-  S += Q;
+  Eigen::Matrix<Scalar, 12, kBias> half = Scalar(0.5) * B_bb;
+  half.template topRows<kNav>() += P_bn.transpose();
+  const NavSquare<Scalar> Y = half.lazyProduct(B_transposed);
+  S += pre.Q;
   detail::symmetric_sum(S, Y);
-  P_bn += bb_B;
+  P_bn += B_bb.template topRows<kNav>().transpose();
 
   leave_interval(S, d, axes);
   detail::transpose(S);

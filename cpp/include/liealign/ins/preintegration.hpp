@@ -25,17 +25,15 @@ struct Preintegrated {
   // For the biases that the samples were corrected by.
   Matrix3<Scalar> dC = Matrix3<Scalar>::Identity();
   Vector3<Scalar> dv = Vector3<Scalar>::Zero(), dp = Vector3<Scalar>::Zero();  // m/s, m
-  // Of eta by (b_a, b_g); B_nu_a is B_phi_g.
-  Matrix3<Scalar> B_phi_g = Matrix3<Scalar>::Zero(), B_nu_g = Matrix3<Scalar>::Zero(),
-                  B_rho_g = Matrix3<Scalar>::Zero(), B_rho_a = Matrix3<Scalar>::Zero();
-  // Covariance of eta by white noise: phi phi is Q_phi I, phi nu is -hat(q_nu), phi rho is -hat(q_rho).
-  Scalar Q_phi{0};
-  Vector3<Scalar> q_nu = Vector3<Scalar>::Zero(), q_rho = Vector3<Scalar>::Zero();
-  Matrix3<Scalar> Q_nu = Matrix3<Scalar>::Zero(), Q_nu_rho = Matrix3<Scalar>::Zero(), Q_rho = Matrix3<Scalar>::Zero();
+  // Of eta = (phi, nu, rho) by (b_a, b_g), and its covariance by white noise. Three rows of zeros more, so that columns
+  // divide into whole registers.
+  Eigen::Matrix<Scalar, 12, 6> B = Eigen::Matrix<Scalar, 12, 6>::Zero();
+  Eigen::Matrix<Scalar, 12, 9> Q = Eigen::Matrix<Scalar, 12, 9>::Zero();
 
   // One sample: constant rate and force over u.dt, without the biases; variance_g [rad^2], variance_a [(m/s)^2] are those
   // of its rotation and velocity increments.
   void append(const ImuInput<Scalar>& u, double variance_a, double variance_g) {
+    constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho, kBa = 0, kBg = 3;
     const Scalar dt(u.dt), half(0.5);
     const Vector3<Scalar> phi = u.omega_ib_b * dt;
     const ExpCoefficients<Scalar> a = exp_coefficients<Scalar>(phi.squaredNorm());
@@ -46,22 +44,28 @@ struct Preintegrated {
     const Vector3<Scalar> v = dv + half * step_v;
     const Vector3<Scalar> r = dp + step_p - (dt / Scalar(6)) * step_v;
 
-    B_rho_g += dt * B_nu_g - cross_rows(r, E);
-    B_rho_a += dt * (B_phi_g - half * E);
-    B_nu_g -= cross_rows(v, E);
-    B_phi_g -= E;
+    // eta+ = Phi eta + (I, hat(v), hat(r)) E d_g + (0, I, dt/2) E d_a, Phi the drift of rho by nu.
+    B.template middleRows<3>(kRho) += dt * B.template middleRows<3>(kNu);
+    B.template block<3, 3>(kPhi, kBg) -= E;
+    B.template block<3, 3>(kNu, kBg) -= cross_rows(v, E);
+    B.template block<3, 3>(kRho, kBg) -= cross_rows(r, E);
+    B.template block<3, 3>(kNu, kBa) -= E;
+    B.template block<3, 3>(kRho, kBa) -= (half * dt) * E;
 
-    // eta+ = Phi eta + white, Phi the drift of rho by nu.
-    Q_rho += dt * (Q_nu_rho + Q_nu_rho.transpose() + dt * Q_nu);
-    Q_nu_rho += dt * Q_nu;
-    q_rho += dt * q_nu;
+    Q.template middleCols<3>(kRho) += dt * Q.template middleCols<3>(kNu);
+    Q.template middleRows<3>(kRho) += dt * Q.template middleRows<3>(kNu);
     const Scalar g(variance_g), force(variance_a);
-    Q_phi += g;
-    q_nu += g * v;
-    q_rho += g * r;
-    add_outer(Q_nu, g, v, v, force);
-    add_outer(Q_nu_rho, g, v, r, half * dt * force);
-    add_outer(Q_rho, g, r, r, half * half * dt * dt * force);
+    Q.template block<3, 3>(kPhi, kPhi).diagonal().array() += g;
+    const Matrix3<Scalar> g_v = hat(Vector3<Scalar>(g * v)), g_r = hat(Vector3<Scalar>(g * r));
+    Q.template block<3, 3>(kNu, kPhi) += g_v;
+    Q.template block<3, 3>(kPhi, kNu) -= g_v;
+    Q.template block<3, 3>(kRho, kPhi) += g_r;
+    Q.template block<3, 3>(kPhi, kRho) -= g_r;
+    add_outer(kNu, kNu, g, v, v, force);
+    add_outer(kRho, kRho, g, r, r, half * half * dt * dt * force);
+    const Matrix3<Scalar> before = Q.template block<3, 3>(kNu, kRho);
+    add_outer(kNu, kRho, g, v, r, half * dt * force);
+    Q.template block<3, 3>(kRho, kNu) += (Q.template block<3, 3>(kNu, kRho) - before).transpose();
 
     dp += step_p;
     dv += step_v;
@@ -82,11 +86,11 @@ struct Preintegrated {
     for (int i = 0; i < 3; ++i) out.row(i) = M.row(i).cross(x);
     return out;
   }
-  // Q += g hat(x) hat(y)^T + s I, with hat(x) hat(y)^T = x.y I - y x^T.
-  static void add_outer(Matrix3<Scalar>& Q, const Scalar& g, const Vector3<Scalar>& x, const Vector3<Scalar>& y,
-                        const Scalar& s) {
-    Q -= (g * y) * x.transpose();
-    Q.diagonal().array() += g * x.dot(y) + s;
+  // The block += g hat(x) hat(y)^T + s I, with hat(x) hat(y)^T = x.y I - y x^T.
+  void add_outer(int row, int col, const Scalar& g, const Vector3<Scalar>& x, const Vector3<Scalar>& y,
+                 const Scalar& s) {
+    Q.template block<3, 3>(row, col) -= (g * y) * x.transpose();
+    Q.template block<3, 3>(row, col).diagonal().array() += g * x.dot(y) + s;
   }
 };
 
@@ -94,9 +98,8 @@ struct Preintegrated {
 // by: X(b) = X(b_0) exp(B delta_b), first order in delta_b.
 template <typename Scalar>
 SE23<Scalar> increments(const Preintegrated<Scalar>& pre, const Vector<Scalar, 6>& delta_b) {
-  const Vector3<Scalar> d_a = delta_b.template head<3>(), d_g = delta_b.template tail<3>();
   typename SE23<Scalar>::Tangent eta;  // dX exp(Ad(dX^-1) eta) = exp(eta) dX
-  eta << pre.B_phi_g * d_g, pre.B_nu_g * d_g + pre.B_phi_g * d_a, pre.B_rho_g * d_g + pre.B_rho_a * d_a;
+  eta = pre.B.template topRows<9>().lazyProduct(delta_b);
   return SE23<Scalar>::exp(eta) * SE23<Scalar>{pre.dC, pre.dv, pre.dp};
 }
 
