@@ -111,10 +111,10 @@ struct IntervalPull {
 
   IntervalPull() = default;
   // d from increments(); T above 0.
-  IntervalPull(const SE23<Scalar>& X, const SE23<Scalar>& d, double seconds, GravityModel model) {
+  IntervalPull(const SE23<Scalar>& X, const SE23<Scalar>& d, double seconds, GravityModel model)
+      : start(gravitation_e(X.p, model)) {
     const Scalar T(seconds), half(0.5);
     const Vector3<Scalar> v_i = X.v + wgs84::omega_ie_e<Scalar>().cross(X.p), C_dp = X.C * d.p;
-    start = gravitation_e(X.p, model);
     // The middle: the force as if constant over the interval.
     const Vector3<Scalar> p_middle = X.p + half * T * v_i + Scalar(0.25) * (C_dp + half * T * T * start);
     const Vector3<Scalar> p_end = X.p + T * v_i + C_dp + half * T * T * start;
