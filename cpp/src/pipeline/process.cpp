@@ -162,8 +162,10 @@ void by_intervals(Run& run, const Belief<Model>& belief, const ImuCursor& start)
     events[slot].clear();
     run.smoothed.take(slot);
   };
+  // The two passes that are left, in events of the first.
+  const std::size_t n = run.data().events.size();
   smooth_run(run.data(), run.filter, forward, sink, [&](std::size_t done, std::size_t total) {
-    run.report(0, 1, total / 2 + done, total + total / 2);
+    run.report(1, 3, done * 2 * n / total, n);
     return true;
   });
 }
