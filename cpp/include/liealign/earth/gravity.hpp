@@ -45,7 +45,8 @@ Vector3<Scalar> gravitation_e(const Vector3<Scalar>& p_eb_e, GravityModel model)
   Scalar radial(1), axial(0);  // gamma = -GM/r^2 (radial u + axial z)
   const int last = model == GravityModel::normal ? 8 : 2;
   for (int n = 2; n <= last; ++n) {
-    const Scalar P_next = (Scalar(2 * n - 1) * s * P - Scalar(n - 1) * P_before) / Scalar(n);
+    const double share = 1.0 / n;  // a constant once the loop is unrolled, where a division of Scalars would stay one
+    const Scalar P_next = Scalar((2 * n - 1) * share) * s * P - Scalar((n - 1) * share) * P_before;
     const Scalar slope_next = slope_before + Scalar(2 * n - 1) * P;
     P_before = P;
     P = P_next;

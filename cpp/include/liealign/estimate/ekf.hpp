@@ -130,12 +130,13 @@ struct Ekf {
                          : weight < Scalar(1) ? Verdict::weighted
                                               : Verdict::used;
     if (innovation.verdict == Verdict::rejected) return;
-    // As columns of sixteen rows, the last one zero: whole registers, and rank-three updates in the place of dense products.
+    // With a row of zeros more, columns are whole registers; (Eq. 29) is two updates of rank three: I - K H from the left,
+    // then from the right together with K R K^T.
     Rows16 P;
     P.template topRows<Model::Dim>() = belief.P;
     P.row(Model::Dim).setZero();
     const Tall PHt = times_transposed(P, H);
-    const Tall K = weight * innovation.S.llt().solve(PHt.transpose()).transpose();
+    const Tall K = weight * solve_from_right(PHt, innovation.S);
     const typename Model::Tangent eps = K.template topRows<Model::Dim>().lazyProduct(innovation.z);
     belief.X = Model::retract(belief.X, eps);
     P -= K.lazyProduct(PHt.template topRows<Model::Dim>().transpose());
@@ -169,7 +170,7 @@ struct Ekf {
     symmetrise(P);
   }
 
-  // The one place where a covariance is made symmetric again.
+  // P <- (P + P^T) / 2, against rounding.
   static void symmetrise(Covariance& P) { P = (Scalar(0.5) * (P + P.transpose())).eval(); }
 
  private:
@@ -186,6 +187,21 @@ struct Ekf {
       if (!H_block.isZero(0.0)) out += M.template middleCols<3>(block).lazyProduct(H_block.transpose());
     }
     return out;
+  }
+
+  // M S^-1 with S = L L^T: by columns, where a solve would divide row by row.
+  static Tall solve_from_right(const Tall& M, const Matrix3<Scalar>& S) {
+    const Eigen::LLT<Matrix3<Scalar>> llt(S);
+    const Matrix3<Scalar>& L = llt.matrixLLT();
+    const Vector3<Scalar> inverse = L.diagonal().cwiseInverse();
+    Tall K;
+    K.col(0) = inverse[0] * M.col(0);
+    K.col(1) = inverse[1] * (M.col(1) - L(1, 0) * K.col(0));
+    K.col(2) = inverse[2] * (M.col(2) - L(2, 0) * K.col(0) - L(2, 1) * K.col(1));
+    K.col(2) *= inverse[2];
+    K.col(1) = inverse[1] * (K.col(1) - L(2, 1) * K.col(2));
+    K.col(0) = inverse[0] * (K.col(0) - L(1, 0) * K.col(1) - L(2, 0) * K.col(2));
+    return K;
   }
 
   static void transpose(Rows16& M) {
