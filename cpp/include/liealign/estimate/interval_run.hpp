@@ -34,9 +34,8 @@ struct IntervalStep {
 template <typename Visitor>
 bool next_node(const FlightData& data, const FilterOptions& options, RunState& run, IntervalStep& step,
                Visitor& visitor) {
-  using Model = LieModel<double>;
   if (run.next_event == data.events.size()) return false;
-  const Ekf<Model> ekf{options.dynamics, options.covariance_reset};
+  const Ekf<LieModel<double>> ekf{options.dynamics, options.covariance_reset};
   const double event_s = data.events[run.next_event].t_s;
   step.before = run.belief;
   step.from = run.at;
