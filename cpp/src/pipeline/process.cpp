@@ -218,7 +218,7 @@ void by_samples(Run& run, Belief<Model> belief, const ImuCursor& start) {
            return true;
          });
   for (std::vector<Epoch>* epochs :
-       {&run.smoothed.epochs[0], &run.solution.filtered_at_events, &run.solution.smoothed_at_events})
+       {&run.smoothed.epochs.front(), &run.solution.filtered_at_events, &run.solution.smoothed_at_events})
     std::reverse(epochs->begin(), epochs->end());
   run.smoothed.hand_on(0);
 }
