@@ -11,8 +11,6 @@
 namespace liealign {
 namespace {
 
-constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
-
 template <typename Record>
 void append_little_endian(std::string& out, const Record& record) {
   std::array<char, sizeof(Record)> raw;
@@ -25,30 +23,10 @@ void append_little_endian(std::string& out, const Record& record) {
   out.append(raw.data(), raw.size());
 }
 
-template <typename Record>
-void write_records(PartFile& file, std::size_t n, const std::function<Record(std::size_t)>& fill) {
-  std::string bytes;
-  bytes.reserve(kBlockBytes + sizeof(Record));
-  for (std::size_t i = 0; i < n; ++i) {
-    append_little_endian(bytes, fill(i));
-    if (bytes.size() < kBlockBytes && i + 1 < n) continue;
-    file.write(bytes);
-    bytes.clear();
-  }
-}
-
 }  // namespace
 
 void append_sbet(std::string& out, const SbetRecord& record) { append_little_endian(out, record); }
 
 void append_smrmsg(std::string& out, const SmrmsgRecord& record) { append_little_endian(out, record); }
-
-void write_sbet(PartFile& file, std::size_t n, const std::function<SbetRecord(std::size_t)>& fill) {
-  write_records<SbetRecord>(file, n, fill);
-}
-
-void write_smrmsg(PartFile& file, std::size_t n, const std::function<SmrmsgRecord(std::size_t)>& fill) {
-  write_records<SmrmsgRecord>(file, n, fill);
-}
 
 }  // namespace liealign

@@ -31,8 +31,8 @@ struct PreparedImu {
 // the samples: none of it is copied.
 PreparedImu prepare_imu(ImuSeries log, ImuSampleKind kind, const Matrix3d& C_s_b, double max_gap_s);
 
-// Rate and specific force at the stamp of sample k of a prepared series: between the means before and after it, on the line through their
-// middles. `white_s` is the time over which their white noise averages: variance = N^2 / white_s.
+// Rate and specific force at the stamp of sample k of a prepared series: between the means before and after it, on the
+// line through their middles. `white_s` is the time over which their white noise averages: variance = N^2 / white_s.
 struct ImuAtStamp {
   Vector3d omega_ib_b, f_ib_b;
   double white_s;

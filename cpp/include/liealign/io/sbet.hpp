@@ -3,11 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <functional>
 #include <string>
-
-#include "liealign/io/text_file.hpp"
 
 namespace liealign {
 
@@ -35,9 +31,5 @@ static_assert(sizeof(SmrmsgRecord) == 10 * sizeof(double));
 // Append a record to `out`: for callers that make parts of a file apart and give them to PartFile::write in order.
 void append_sbet(std::string& out, const SbetRecord& record);
 void append_smrmsg(std::string& out, const SmrmsgRecord& record);
-
-// Write n records; fill(i) gives record i. Throw InputError `path: cannot be written: reason`.
-void write_sbet(PartFile& file, std::size_t n, const std::function<SbetRecord(std::size_t)>& fill);
-void write_smrmsg(PartFile& file, std::size_t n, const std::function<SmrmsgRecord(std::size_t)>& fill);
 
 }  // namespace liealign
