@@ -107,11 +107,11 @@ DenseBelief dense_belief(const Belief<LieModel<double>>& belief) {
 
 void dense_forward(const FlightData& data, const FilterOptions& options, double t_begin_s, DenseBelief& belief,
                    std::vector<DenseState>& at_events, std::vector<DenseStep>* steps) {
-  ImuCursor at = cursor_at(data.imu, t_begin_s);
+  ImuCursor at = cursor_at(data.imu(), t_begin_s);
   for (const Event& event : data.events) {
     if (event.t_s <= t_begin_s) continue;
-    while (at.k < data.imu.size() && at.t_s < event.t_s) {
-      const ImuSample& s = data.imu[at.k];
+    while (at.k < data.imu().size() && at.t_s < event.t_s) {
+      const ImuSample& s = data.imu()[at.k];
       const double end = std::min(s.t_s, event.t_s), dt = end - at.t_s;
       const Vector3d omega = s.omega_ib_b - belief.X.b_g, f = s.f_ib_b - belief.X.b_a;
       const Matrix15 F = transition(belief.X, f, dt);

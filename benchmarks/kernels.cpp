@@ -50,9 +50,9 @@ Scene make_scene(double gnss_rate_hz) {
   s.ekf = {s.filter.dynamics, s.filter.covariance_reset};
   s.belief = start_of(problem, s.filter);
   SilentVisitor<Model> silent;
-  const double middle = data.imu.front().t_s + 120.0;
-  s.cursor = forward_pass(data, s.filter, s.belief, cursor_at(data.imu, s.flight.t_begin_s), middle, silent);
-  s.sample = data.imu[s.cursor.k];
+  const double middle = data.imu().front().t_s + 120.0;
+  s.cursor = forward_pass(data, s.filter, s.belief, cursor_at(data.imu(), s.flight.t_begin_s), middle, silent);
+  s.sample = data.imu()[s.cursor.k];
   s.dt = s.sample.t_s - s.cursor.t_s;
   s.at_fix = s.belief;
   for (const Event& event : data.events) {
@@ -61,9 +61,9 @@ Scene make_scene(double gnss_rate_hz) {
     break;
   }
   ImuCursor cursor = s.cursor;
-  propagate_to(s.ekf, data.imu, s.fix.t_s, cursor, s.at_fix, silent);
+  propagate_to(s.ekf, data.imu(), s.fix.t_s, cursor, s.at_fix, silent);
   s.b_0 = s.belief.X.second.x;
-  s.pre = preintegrate(data.imu, {s.cursor.t_s, s.fix.t_s}, s.b_0, s.filter.dynamics.noise).intervals.front().pre;
+  s.pre = preintegrate(data.imu(), {s.cursor.t_s, s.fix.t_s}, s.b_0, s.filter.dynamics.noise).intervals.front().pre;
   return s;
 }
 
@@ -273,7 +273,7 @@ void candidate(benchmark::State& state, const Scene& (*of)(), bool intervals) {
   if (!intervals) problem.intervals = {};
   const std::vector<HeadingCandidate> one(1, {137.0 * kDegToRad, 0.0, false, {}});
   for (auto _ : state) benchmark::DoNotOptimize(evaluate_candidates(problem, one));
-  state.counters["epochs"] = static_cast<double>(problem.data.imu.size());
+  state.counters["epochs"] = static_cast<double>(problem.data.imu().size());
 }
 BENCHMARK_CAPTURE(candidate, 1_hz_by_samples, &scene, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(candidate, 1_hz_by_intervals, &scene, true)->Unit(benchmark::kMillisecond);
@@ -284,7 +284,7 @@ BENCHMARK_CAPTURE(candidate, 10_hz_by_intervals, &scene_10_hz, true)->Unit(bench
 void preintegrate_flight(benchmark::State& state) {
   const AlignmentProblem& problem = scene().flight.problem;
   for (auto _ : state) benchmark::DoNotOptimize(preintegrate(problem));
-  state.counters["epochs"] = static_cast<double>(problem.data.imu.size());
+  state.counters["epochs"] = static_cast<double>(problem.data.imu().size());
 }
 BENCHMARK(preintegrate_flight)->Unit(benchmark::kMillisecond);
 

@@ -139,7 +139,7 @@ struct FullRate {
 
 FullRate filter(const PreparedFlight& flight, const HeadingResult& heading) {
   FullRate rate;
-  const ImuCursor start = cursor_at(flight.problem.data.imu, flight.t_begin_s);
+  const ImuCursor start = cursor_at(flight.problem.data.imu(), flight.t_begin_s);
   run_forward(flight.problem.data, with_gates(flight.filter, heading.gate_scales),
               {start_belief(flight, heading), start, {0, start.t_s}, 0, true}, rate);
   return rate;
@@ -147,7 +147,7 @@ FullRate filter(const PreparedFlight& flight, const HeadingResult& heading) {
 
 // IMU samples that a run goes through.
 std::size_t epochs_of(const PreparedFlight& flight) {
-  const ImuSeries& imu = flight.problem.data.imu;
+  const ImuSeries& imu = flight.problem.data.imu();
   return imu.size() - cursor_at(imu, flight.t_begin_s).k;
 }
 
@@ -227,13 +227,13 @@ std::vector<Epoch> plain_smoother(const PreparedFlight& flight, const HeadingRes
   const FlightData& data = problem.data;
   Belief<Model> belief = belief_at_rest(problem.rest, heading.heading_rad, heading_std_rad, problem.initial,
                                         data.l_ba_b, flight.filter.dynamics.gravity);
-  const ImuCursor start = cursor_at(data.imu, flight.t_begin_s);
+  const ImuCursor start = cursor_at(data.imu(), flight.t_begin_s);
   Recorder recorder{{}, {{belief, start, belief}}};
-  forward_pass(data, with_gates(flight.filter, heading.gate_scales), belief, start, data.imu.back().t_s, recorder);
+  forward_pass(data, with_gates(flight.filter, heading.gate_scales), belief, start, data.imu().back().t_s, recorder);
   std::vector<Epoch> epochs;
   smooth(
       Ekf<Model>{flight.filter.dynamics, flight.filter.covariance_reset}, data, recorder.checkpoints,
-      [&](std::size_t k, const Belief<Model>& b) { epochs.push_back(epoch_of(data.imu[k].t_s, b)); },
+      [&](std::size_t k, const Belief<Model>& b) { epochs.push_back(epoch_of(data.imu()[k].t_s, b)); },
       [](std::size_t, const Belief<Model>&) {});
   std::reverse(epochs.begin(), epochs.end());
   return epochs;
@@ -278,7 +278,8 @@ Json curves(const Options& o, AlignmentProblem problem) {
   Json json;
   json["preintegration_seconds"] = median_seconds(o.repeat, [&] { problem.intervals = preintegrate(problem); });
   json["intervals"] = problem.intervals.intervals.size();
-  json["epochs"] = cursor_at(problem.data.imu, problem.t_end_s).k - cursor_at(problem.data.imu, problem.t_begin_s).k;
+  json["epochs"] =
+      cursor_at(problem.data.imu(), problem.t_end_s).k - cursor_at(problem.data.imu(), problem.t_begin_s).k;
   json["events"] = std::upper_bound(events.begin(), events.end(), problem.t_end_s, after) -
                    std::upper_bound(events.begin(), events.end(), problem.t_begin_s, after);
   json["by_intervals"] = JsonArray{};
@@ -329,7 +330,7 @@ Json run(const Options& o) {
   Json json;
   json["epochs"] = epochs_of(flight);
   json["fixes"] = flight.problem.data.fixes.size();
-  json["seconds_of_flight"] = flight.problem.data.imu.back().t_s - flight.problem.data.imu.front().t_s;
+  json["seconds_of_flight"] = flight.problem.data.imu().back().t_s - flight.problem.data.imu().front().t_s;
   json["threads"] = threads();
   json["heading_deg"] = heading.heading_rad * kRadToDeg;
   json["heading_evaluations"] = heading.evaluations;

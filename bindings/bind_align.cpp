@@ -9,11 +9,11 @@ namespace {
 
 py::dict modes(const HeadingResult& r) {
   py::dict columns;
-  double* heading = add_column(columns, "heading_rad", r.modes.size());
-  double* mass = add_column(columns, "mass", r.modes.size());
-  for (std::size_t i = 0; i < r.modes.size(); ++i) {
-    heading[i] = r.modes[i].heading_rad;
-    mass[i] = r.modes[i].mass;
+  double* heading = add_column(columns, "heading_rad", r.modes().size());
+  double* mass = add_column(columns, "mass", r.modes().size());
+  for (std::size_t i = 0; i < r.modes().size(); ++i) {
+    heading[i] = r.modes()[i].heading_rad;
+    mass[i] = r.modes()[i].mass;
   }
   return columns;
 }
@@ -34,16 +34,53 @@ py::dict curve(const HeadingResult& r) {
   return columns;
 }
 
+py::dict density(const HeadingResult& r) {
+  const std::vector<PosteriorSample>& samples = r.posterior.samples;
+  py::dict columns;
+  double* heading = add_column(columns, "heading_rad", samples.size());
+  double* value = add_column(columns, "density_per_rad", samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    heading[i] = samples[i].heading_rad;
+    value[i] = std::exp(-samples[i].cost);
+  }
+  return columns;
+}
+
+void bind_parameters(py::module_& m) {
+  using P = FlightParameters;
+  py::class_<P>(
+      m, "FlightParameters",
+      "What the logs leave open besides the heading: offsets and factors to what the flight was prepared with.")
+      .def(py::init([](double latency_s, double clock_drift, double imu_noise_scale, double accel_noise_scale,
+                       double gnss_std_scale, double velocity_std_scale, double turn_on_scale) {
+             return P{latency_s,      clock_drift,        imu_noise_scale, accel_noise_scale,
+                      gnss_std_scale, velocity_std_scale, turn_on_scale};
+           }),
+           py::kw_only(), py::arg("latency_s") = P{}.latency_s, py::arg("clock_drift") = P{}.clock_drift,
+           py::arg("imu_noise_scale") = P{}.imu_noise_scale, py::arg("accel_noise_scale") = P{}.accel_noise_scale,
+           py::arg("gnss_std_scale") = P{}.gnss_std_scale, py::arg("velocity_std_scale") = P{}.velocity_std_scale,
+           py::arg("turn_on_scale") = P{}.turn_on_scale)
+      .def_readonly("latency_s", &P::latency_s)
+      .def_readonly("clock_drift", &P::clock_drift)
+      .def_readonly("imu_noise_scale", &P::imu_noise_scale)
+      .def_readonly("accel_noise_scale", &P::accel_noise_scale)
+      .def_readonly("gnss_std_scale", &P::gnss_std_scale)
+      .def_readonly("velocity_std_scale", &P::velocity_std_scale)
+      .def_readonly("turn_on_scale", &P::turn_on_scale);
+}
+
 void bind_candidates(py::module_& m) {
   using C = HeadingCandidate;
   py::class_<C>(m, "HeadingCandidate",
                 "A filter to run: heading [rad], its standard deviation (0 = conditional), gated or not, gate scales.")
-      .def(py::init([](double heading_rad, double heading_std_rad, bool gated, double position, double velocity) {
-             return C{heading_rad, heading_std_rad, gated, {position, velocity}};
+      .def(py::init([](double heading_rad, double heading_std_rad, bool gated, double position, double velocity,
+                       const FlightParameters& parameters) {
+             return C{heading_rad, heading_std_rad, gated, {position, velocity}, parameters};
            }),
            py::arg("heading_rad"), py::arg("heading_std_rad") = C{}.heading_std_rad, py::arg("gated") = C{}.gated,
            py::arg("gate_scale_position") = C{}.gate_scales.position,
-           py::arg("gate_scale_velocity") = C{}.gate_scales.velocity)
+           py::arg("gate_scale_velocity") = C{}.gate_scales.velocity, py::arg("parameters") = FlightParameters{})
+      .def_readonly("parameters", &C::parameters)
       .def_readonly("heading_rad", &C::heading_rad)
       .def_readonly("heading_std_rad", &C::heading_std_rad)
       .def_readonly("gated", &C::gated)
@@ -60,6 +97,7 @@ void bind_candidates(py::module_& m) {
 }  // namespace
 
 void bind_align(py::module_& m) {
+  bind_parameters(m);
   bind_candidates(m);
 
   py::class_<HeadingSearchOptions>(m, "HeadingSearchOptions",
@@ -71,9 +109,10 @@ void bind_align(py::module_& m) {
       .def_readonly("triple_step_rad", &HeadingSearchOptions::triple_step_rad)
       .def_readonly("tolerance_rad", &HeadingSearchOptions::tolerance_rad)
       .def_readonly("max_evaluations", &HeadingSearchOptions::max_evaluations)
-      .def_readonly("max_sigma_rad", &HeadingSearchOptions::max_sigma_rad);
-  m.def("heading_search_options", &heading_search_options, py::arg("config"),
-        "The options that the keys of [align] stand for.");
+      .def_readonly("max_sigma_rad", &HeadingSearchOptions::max_sigma_rad)
+      .def_readonly("estimate_latency", &HeadingSearchOptions::estimate_latency)
+      .def_readonly("estimate_imu_noise", &HeadingSearchOptions::estimate_imu_noise)
+      .def_readonly("estimate_gnss_std", &HeadingSearchOptions::estimate_gnss_std);
 
   py::class_<HeadingResult>(m, "HeadingResult",
                             "The heading, its sigma (None when the data say nothing), verdict and curve.")
@@ -86,6 +125,22 @@ void bind_align(py::module_& m) {
       .def_property_readonly("gate_scale_position", [](const HeadingResult& r) { return r.gate_scales.position; })
       .def_property_readonly("gate_scale_velocity", [](const HeadingResult& r) { return r.gate_scales.velocity; })
       .def_readonly("nis_90", &HeadingResult::nis_90)
+      .def_readonly("parameters", &HeadingResult::parameters)
+      .def_property_readonly(
+          "latency_std_s", [](const HeadingResult& r) { return r.parameters_std.latency_s; },
+          "None where it was given, as the next ones.")
+      .def_property_readonly("imu_noise_scale_std",
+                             [](const HeadingResult& r) { return r.parameters_std.imu_noise_scale; })
+      .def_property_readonly("accel_noise_scale_std",
+                             [](const HeadingResult& r) { return r.parameters_std.accel_noise_scale; })
+      .def_property_readonly("gnss_std_scale_std",
+                             [](const HeadingResult& r) { return r.parameters_std.gnss_std_scale; })
+      .def_property_readonly("mean_rad", [](const HeadingResult& r) { return r.posterior.mean_rad; })
+      .def_property_readonly(
+          "interval_95_rad",
+          [](const HeadingResult& r) { return std::make_pair(r.posterior.low_rad, r.posterior.high_rad); },
+          "low <= heading <= high, not wrapped.")
+      .def("density", &density, "heading_rad, density_per_rad: arrays (n,), ascending.")
       .def("modes", &modes, "heading_rad, mass: arrays (n,), the heaviest first.")
       .def("curve", &curve, "heading_rad, heading_std_rad, cost, gated: arrays (n,), in order of evaluation.");
 

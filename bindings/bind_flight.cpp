@@ -139,10 +139,38 @@ void bind_raw_flight(py::module_& m) {
         "Reads imu.file and gnss.file. Raises InputError (file:line:column) or ConfigError when a file is not named.");
 }
 
+void bind_coarse(py::module_& m) {
+  using M = CoarseMode;
+  py::class_<M>(m, "CoarseMode", "A heading at the start with the GNSS latency that goes with it; weight: its share.")
+      .def_readonly("heading_rad", &M::heading_rad)
+      .def_readonly("heading_std_rad", &M::heading_std_rad)
+      .def_readonly("latency_s", &M::latency_s, "Beyond that of the prepared flight.")
+      .def_readonly("latency_std_s", &M::latency_std_s)
+      .def_readonly("weight", &M::weight);
+  using W = CoarseWindow;
+  py::class_<W>(m, "CoarseWindow", "What a window of a minute says by itself; its latency is beyond the one given.")
+      .def_readonly("begin_s", &W::begin_s)
+      .def_readonly("end_s", &W::end_s)
+      .def_readonly("heading_rad", &W::heading_rad)
+      .def_readonly("heading_std_rad", &W::heading_std_rad)
+      .def_readonly("latency_s", &W::latency_s)
+      .def_readonly("modulus", &W::modulus, "Of the correlation of horizontal accelerations, 0 to 1.")
+      .def_readonly("excitation_mps2", &W::excitation_mps2);
+  using C = CoarseAlignment;
+  py::class_<C>(m, "CoarseAlignment", "Heading, tilt and latency before any filter runs.")
+      .def_readonly("modes", &C::modes, "The heaviest first; empty where the motion shows no heading.")
+      .def_readonly("windows", &C::windows)
+      .def_readonly("roll_rad", &C::roll_rad)
+      .def_readonly("pitch_rad", &C::pitch_rad)
+      .def_readonly("tilt_std_rad", &C::tilt_std_rad)
+      .def_readonly("b_g_std_rps", &C::b_g_std_rps);
+}
+
 }  // namespace
 
 void bind_flight(py::module_& m) {
   bind_raw_flight(m);
+  bind_coarse(m);
 
   py::class_<PreparedFlight>(m, "PreparedFlight",
                              "A flight as the filters take it. Read only; times are true times [s].")
@@ -172,7 +200,12 @@ void bind_flight(py::module_& m) {
       .def_readonly("latency_s", &PreparedFlight::latency_s, "t_true = time_s - latency_s.")
       .def_readonly("imu_noise_scale", &PreparedFlight::imu_noise_scale)
       .def_readonly("gnss_std_scale", &PreparedFlight::gnss_std_scale)
-      .def_readonly("start", &PreparedFlight::start);
+      .def_readonly("start", &PreparedFlight::start, "static or moving.")
+      .def_readonly("start_reason", &PreparedFlight::start_reason)
+      .def_readonly("coarse", &PreparedFlight::coarse);
+
+  m.def("heading_search_options", py::overload_cast<const PreparedFlight&>(&heading_search_options), py::arg("flight"),
+        "The options that the keys of [align], \"auto\" and the coarse stage stand for.");
 
   m.def("prepare_flight", &prepare_flight, py::arg("flight"), py::call_guard<py::gil_scoped_release>(),
         "Raises InputError when IMU and GNSS do not overlap or the flight does not begin at rest.");

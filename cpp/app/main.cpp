@@ -154,7 +154,7 @@ void remove_progress_line() {
 HeadingResult align(const PreparedFlight& flight, bool quiet) {
   constexpr std::size_t kUsualConditional = 10;  // candidates of the second stage; only the progress guesses by it
   const Progress progress = progress_line("aligning the heading", quiet);
-  HeadingSearch search(heading_search_options(flight.config));
+  HeadingSearch search(heading_search_options(flight));
   std::vector<HeadingCandidate> candidates = search.ask();
   std::size_t done = 0, total = candidates.size() + kUsualConditional;
   while (!search.done()) {

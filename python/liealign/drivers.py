@@ -21,7 +21,7 @@ def _prepared(flight: Flight | PreparedFlight) -> PreparedFlight:
 
 def search_heading(flight: PreparedFlight, progress: _core.ProgressCallback | None = None) -> HeadingResult:
     """Drive the engine's HeadingSearch to its end, each batch of candidates evaluated as one."""
-    search = _core.HeadingSearch(_core.heading_search_options(flight.config))
+    search = _core.HeadingSearch(_core.heading_search_options(flight))
     candidates = search.ask()
     done, total = 0, len(candidates) + _USUAL_CONDITIONAL
     while not search.done():

@@ -20,7 +20,7 @@ inline DroneFlight short_flight() {
 }
 
 inline HeadingResult align(const PreparedFlight& prepared) {
-  HeadingSearch search(heading_search_options(prepared.config));
+  HeadingSearch search(heading_search_options(prepared));
   while (!search.done()) search.tell(evaluate_candidates(prepared.problem, search.ask()));
   return search.result();
 }

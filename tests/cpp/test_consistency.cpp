@@ -85,7 +85,7 @@ MatchedRun matched_run(const Truth& truth, std::uint64_t seed) {
   GnssErrors gnss;
   gnss.l_ba_b = Vector3d(0.1, -0.05, -0.3);
   FlightData data;
-  data.imu = imu.log;
+  data.samples = std::make_shared<const ImuSeries>(imu.log);
   data.l_ba_b = gnss.l_ba_b;
   for (const GnssRecord& r : simulate_gnss(truth, gnss, seed)) {
     const Matrix3d C = C_n_e(r.lat_rad, r.lon_rad);
@@ -98,10 +98,10 @@ MatchedRun matched_run(const Truth& truth, std::uint64_t seed) {
   merge_events(data);
 
   Belief<Model> belief{X_hat, P_0};
-  const ImuCursor start = cursor_at(data.imu, data.imu.front().t_s);
+  const ImuCursor start = cursor_at(data.imu(), data.imu().front().t_s);
   Keeper keeper;
   keeper.checkpoints.push_back({belief, start, belief});
-  forward_pass(data, options, belief, start, data.imu.back().t_s, keeper);
+  forward_pass(data, options, belief, start, data.imu().back().t_s, keeper);
 
   MatchedRun run;
   run.nis = keeper.nis;
@@ -115,7 +115,7 @@ MatchedRun matched_run(const Truth& truth, std::uint64_t seed) {
   };
   const auto wanted = [&](const ImuCursor& at) {
     const double t = at.t_s - truth.epochs[0].t_s;
-    return std::abs(std::remainder(t, 10.0)) < 1e-6 && t > 1.0 && data.imu[at.k - 1].t_s == at.t_s;
+    return std::abs(std::remainder(t, 10.0)) < 1e-6 && t > 1.0 && data.imu()[at.k - 1].t_s == at.t_s;
   };
   smooth(
       Ekf<Model>{options.dynamics, true}, data, keeper.checkpoints, [](std::size_t, const Belief<Model>&) {},

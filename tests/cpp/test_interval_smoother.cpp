@@ -205,16 +205,16 @@ TEST(IntervalSmoother, gives_what_the_filter_and_the_smoother_sample_by_sample_g
   const PreparedFlight flight = rough_flight();
 
   ASSERT_FALSE(flight.gaps.empty());
-  const FlightData& data = flight.problem.data;
+  const FlightData& data = flight.data;
   const HeadingResult heading = align(flight);
   const Solution solution = process(flight, heading, {}, true);
 
   const FilterOptions options = with_gates(flight.filter, heading.gate_scales);
   Belief<Model> belief = belief_at_rest(flight.problem.rest, heading.heading_rad, solution.heading_std_initial_rad,
                                         flight.problem.initial, data.l_ba_b, options.dynamics.gravity);
-  const ImuCursor start = cursor_at(data.imu, flight.t_begin_s);
-  KeepCheckpoints kept{{}, data.imu, {{belief, start, belief}}, {{start.k - 1, belief}}};
-  forward_pass(data, options, belief, start, data.imu.back().t_s, kept);
+  const ImuCursor start = cursor_at(data.imu(), flight.t_begin_s);
+  KeepCheckpoints kept{{}, data.imu(), {{belief, start, belief}}, {{start.k - 1, belief}}};
+  forward_pass(data, options, belief, start, data.imu().back().t_s, kept);
   std::vector<std::pair<std::size_t, Belief<Model>>> smoothed;
   smooth(
       Ekf<Model>{options.dynamics, true}, data, kept.checkpoints,
@@ -227,8 +227,8 @@ TEST(IntervalSmoother, gives_what_the_filter_and_the_smoother_sample_by_sample_g
   EXPECT_EQ(solution.filtered_at_events.size(), data.events.size() + 1);
   for (std::size_t i = 0; i < smoothed.size(); ++i) {
     const auto& [k, b] = smoothed[smoothed.size() - 1 - i];
-    ASSERT_EQ(solution.smoothed[i].t_s, data.imu[k].t_s);
-    ASSERT_EQ(solution.filtered[i].t_s, data.imu[kept.filtered[i].first].t_s);
+    ASSERT_EQ(solution.smoothed[i].t_s, data.imu()[k].t_s);
+    ASSERT_EQ(solution.filtered[i].t_s, data.imu()[kept.filtered[i].first].t_s);
     expect_close(solution.smoothed[i], b);
     expect_close(solution.filtered[i], kept.filtered[i].second);
   }

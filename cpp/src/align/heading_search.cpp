@@ -1,162 +1,500 @@
-// The heading search: circle, then the successive conditional fit.
+// The heading search in its stages.
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/align/heading_search.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "liealign/align/harmonic_fit.hpp"
+#include "liealign/align/verdict.hpp"
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 
 namespace liealign {
-
-double wrap_pi(double angle_rad) { return angle_rad - 2.0 * kPi * std::ceil(angle_rad / (2.0 * kPi) - 0.5); }
-
-double wrap_2pi(double angle_rad) {
-  const double wrapped = angle_rad - 2.0 * kPi * std::floor(angle_rad / (2.0 * kPi));
-  return wrapped < 2.0 * kPi ? wrapped : 0.0;
-}
-
 namespace {
 
-constexpr double kSecondModeMass = 0.01;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kCoarseCircle = 8;
 
-// Local minima of the circle with their share of exp(-cost): the mass of a mode is that of the points nearer to it than to
-// any other.
-std::vector<HeadingMode> modes_of(const std::vector<CurvePoint>& grid) {
-  const std::size_t n = grid.size();
-  double lowest = grid[0].cost;
-  for (const CurvePoint& p : grid) lowest = std::min(lowest, p.cost);
-  std::vector<HeadingMode> modes;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (grid[i].cost < grid[(i + n - 1) % n].cost && grid[i].cost <= grid[(i + 1) % n].cost)
-      modes.push_back({grid[i].heading_rad, 0.0});
+// What theta is worth before the flight is asked.
+constexpr double kLatencyPriorStd_s = 0.5;
+constexpr double kLogScalePriorStd = 1.5;
+// A receiver is hardly more than twenty times as good as it says: what it filters is not noise.
+constexpr double kLeastStdScale = 0.05, kLogLeastStd = 0.1;
+
+bool is_scale(double FlightParameters::*variable) { return variable != &FlightParameters::latency_s; }
+
+std::size_t lowest(const std::vector<double>& costs) {
+  return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+}
+
+// How far the curvature can be trusted: where the model holds, the gradients g_b of the score over blocks of the log are
+// independent and their squares add up to the information. Else
+//   cov = H^-1 (sum_b g_b g_b^T) H^-1                                                            (Eq. 63)
+// Source: White (1982). Returned is the ratio of its sigmas to those of H^-1, 1 where chance explains it.
+SurfaceVector block_misfit(const SurfaceMatrix& covariance, const SurfaceVector& steps,
+                           const std::vector<CandidateScore>& stencil) {
+  constexpr double kBlock_s = 10.0, kFewestBlocks = 10.0;
+  const Eigen::Index n = steps.size();
+  SurfaceVector squares = SurfaceVector::Zero(n);
+  double blocks = 0.0;
+  const std::vector<ScoreTerm>& terms = stencil.front().terms;
+  std::size_t k = 0;
+  const auto whole = [&](std::size_t at) { return stencil[at].terms.size() == terms.size(); };
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::size_t plus = SurfaceSearch::axis_index(i, n);
+    if (!whole(plus) || !whole(plus + 1)) return SurfaceVector::Ones(n);
   }
-  if (modes.empty()) modes.push_back({grid[0].heading_rad, 0.0});  // a flat circle
-  double total = 0.0;
-  for (const CurvePoint& p : grid) {
-    const auto nearest = std::min_element(modes.begin(), modes.end(), [&](const HeadingMode& a, const HeadingMode& b) {
-      return std::abs(wrap_pi(p.heading_rad - a.heading_rad)) < std::abs(wrap_pi(p.heading_rad - b.heading_rad));
-    });
-    nearest->mass += std::exp(lowest - p.cost);
-    total += std::exp(lowest - p.cost);
+  while (k < terms.size()) {
+    const double end_s = terms[k].t_s + kBlock_s;
+    SurfaceVector g = SurfaceVector::Zero(n);
+    for (; k < terms.size() && terms[k].t_s < end_s; ++k) {
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const std::size_t plus = SurfaceSearch::axis_index(i, n);
+        g[i] += (stencil[plus].terms[k].cost - stencil[plus + 1].terms[k].cost) / (2.0 * steps[i]);
+      }
+    }
+    squares += (covariance * g).cwiseAbs2();
+    blocks += 1.0;
   }
-  for (HeadingMode& m : modes) m.mass /= total;
-  std::stable_sort(modes.begin(), modes.end(),
-                   [](const HeadingMode& a, const HeadingMode& b) { return a.mass > b.mass; });
-  return modes;
+  SurfaceVector misfit = SurfaceVector::Ones(n);
+  for (Eigen::Index i = 0; i < n && blocks >= kFewestBlocks; ++i) {
+    const double ratio = squares[i] / covariance(i, i), chance = 1.0 + 2.0 * std::sqrt(2.0 / blocks);
+    if (ratio > chance) misfit[i] = std::sqrt(ratio);
+  }
+  return misfit;
 }
 
 }  // namespace
 
-std::vector<HeadingCandidate> HeadingSearch::ask() const {
-  std::vector<HeadingCandidate> candidates;
-  if (stage_ != Stage::wide) {
-    for (double x : conditional_->ask()) candidates.push_back({x, 0.0, stage_ == Stage::gated, gate_scales_});
-  } else if (options_.guess_rad) {
-    candidates.push_back({*options_.guess_rad, options_.guess_std_rad, false, {}});
-  } else {
-    const int n = static_cast<int>(std::ceil(2.0 * kPi / options_.grid_step_rad - 1e-9));
-    for (int i = 0; i < n; ++i) candidates.push_back({i * 2.0 * kPi / n, options_.grid_std_rad, false, {}});
+HeadingSearch::HeadingSearch(const HeadingSearchOptions& options) : options_(options) {
+  if (options.estimate_latency) variables_.push_back(&FlightParameters::latency_s);
+  if (options.estimate_imu_noise) {
+    variables_.push_back(&FlightParameters::imu_noise_scale);
+    variables_.push_back(&FlightParameters::accel_noise_scale);
   }
-  return candidates;
+  if (options.estimate_gnss_std) variables_.push_back(&FlightParameters::gnss_std_scale);
+  if (options.estimate_gnss_std && options.has_velocity) variables_.push_back(&FlightParameters::velocity_std_scale);
+  if (options.estimate_imu_noise || options.estimate_gnss_std) {
+    ask_scales();
+  } else {
+    ask_circle();
+  }
 }
 
-double HeadingSearch::prior(double heading_rad) const {
-  if (!options_.guess_rad) return 0.0;
-  const double d = wrap_pi(heading_rad - *options_.guess_rad) / options_.guess_std_rad;
-  return 0.5 * d * d;
+double HeadingSearch::cost_of(const HeadingCandidate& candidate, double negative_log_likelihood) const {
+  double cost = negative_log_likelihood;
+  const auto add = [&](double deviation, double std) { cost += 0.5 * (deviation / std) * (deviation / std); };
+  if (options_.guess_rad) add(wrap_pi(candidate.heading_rad - *options_.guess_rad), options_.guess_std_rad);
+  for (const auto variable : variables_) {
+    const double value = candidate.parameters.*variable;
+    if (is_scale(variable)) {
+      add(std::log(value), kLogScalePriorStd);
+    } else {
+      add(value, kLatencyPriorStd_s);
+    }
+  }
+  const FlightParameters& p = candidate.parameters;
+  if (options_.estimate_gnss_std) {
+    for (double scale : {p.gnss_std_scale, p.gnss_std_scale * p.velocity_std_scale}) {
+      if (scale < kLeastStdScale) add(std::log(scale / kLeastStdScale), kLogLeastStd);
+    }
+  }
+  // Turn-on biases are one draw of six numbers: a larger scale than the profile's wants more than one of them.
+  add(std::log(candidate.parameters.turn_on_scale), kLogScalePriorStd);
+  return cost;
 }
 
-void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
-  if (stage_ == Stage::wide) {
-    tell_wide(scores);
+HeadingCandidate HeadingSearch::conditional(double heading_rad, const FlightParameters& parameters) const {
+  return {heading_rad, 0.0, stage_ != Stage::open && !joint(), gate_scales_, parameters};
+}
+
+HeadingCandidate HeadingSearch::candidate_at(const SurfaceVector& x) const {
+  FlightParameters parameters = base_;
+  for (std::size_t i = 0; i < variables_.size(); ++i) {
+    const double value = x[static_cast<Eigen::Index>(i) + 1];
+    parameters.*variables_[i] = is_scale(variables_[i]) ? std::exp(value) : value;
+  }
+  return conditional(x[0], parameters);
+}
+
+// A coarse grid of scales, at the two best headings of the coarse stage or, without any, at four over the circle.
+void HeadingSearch::ask_scales() {
+  stage_ = Stage::scales;
+  std::vector<HeadingCandidate> at;
+  if (options_.guess_rad) {
+    const double latency = options_.seeds.empty() ? 0.0 : options_.seeds.front().latency_s;
+    at.push_back({*options_.guess_rad, options_.guess_std_rad, false, {}, {latency}});
+  } else {
+    for (const HeadingSeed& seed : options_.seeds) {
+      if (at.size() < 2) at.push_back({seed.heading_rad, options_.grid_std_rad, false, {}, {seed.latency_s}});
+    }
+  }
+  for (int i = 0; at.empty() || (options_.seeds.empty() && !options_.guess_rad && i < 4); ++i)
+    at.push_back({0.5 * kPi * i, options_.grid_std_rad, false, {}, {}});
+  const std::vector<double> one = {1.0};
+  const std::vector<double> imu = options_.estimate_imu_noise ? std::vector<double>{1.0, 5.0, 25.0, 125.0} : one;
+  const std::vector<double> gnss = options_.estimate_gnss_std ? std::vector<double>{0.3, 1.0, 3.0} : one;
+  const std::vector<double> turn_on = options_.estimate_imu_noise ? std::vector<double>{1.0, 8.0, 64.0} : one;
+  asked_.clear();
+  for (HeadingCandidate candidate : at) {
+    for (double i : imu) {
+      for (double g : gnss) {
+        for (double t : turn_on) {
+          if (t < i && t > 1.0) continue;
+          candidate.parameters.imu_noise_scale = i;
+          candidate.parameters.gnss_std_scale = g;
+          candidate.parameters.turn_on_scale = std::max(1.0, t / i);
+          asked_.push_back(candidate);
+        }
+      }
+    }
+  }
+}
+
+void HeadingSearch::tell_scales(const std::vector<double>& costs) {
+  start_ = asked_[lowest(costs)].parameters;
+  start_.latency_s = 0.0;
+  ask_circle();
+}
+
+// Those of the coarse stage; without it every fifth of a second.
+std::vector<double> HeadingSearch::circle_latencies() const {
+  constexpr double kSame_s = 0.1, kFarthest_s = 0.8, kStep_s = 0.2;
+  if (!options_.estimate_latency) return {0.0};
+  std::vector<double> latencies;
+  for (const HeadingSeed& seed : options_.seeds) {
+    const auto same = [&](double latency) { return std::abs(latency - seed.latency_s) < kSame_s; };
+    if (std::none_of(latencies.begin(), latencies.end(), same)) latencies.push_back(seed.latency_s);
+  }
+  for (double latency = -kFarthest_s; options_.seeds.empty() && latency < kFarthest_s + 0.5 * kStep_s;
+       latency += kStep_s) {
+    latencies.push_back(latency);
+  }
+  return latencies;
+}
+
+// Eight headings for each latency, and the seeds.
+void HeadingSearch::ask_circle() {
+  stage_ = Stage::circle;
+  asked_.clear();
+  const auto ask = [&](double heading, double std, double latency) {
+    FlightParameters parameters = start_;
+    parameters.latency_s = latency;
+    asked_.push_back({heading, std, false, gate_scales_, parameters});
+  };
+  if (options_.guess_rad) {
+    for (double latency : circle_latencies()) ask(*options_.guess_rad, options_.guess_std_rad, latency);
     return;
   }
-  const std::vector<double> asked = conditional_->ask();
-  std::vector<double> costs;
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    costs.push_back(scores[i].cost + prior(asked[i]));
-    curve_.push_back({wrap_2pi(asked[i]), 0.0, costs.back(), stage_ == Stage::gated});
-    if (scores[i].cost < best_.cost) best_ = scores[i];
+  for (double latency : circle_latencies()) {
+    for (std::size_t i = 0; i < kCoarseCircle; ++i) {
+      ask(2.0 * kPi * static_cast<double>(i) / kCoarseCircle, options_.grid_std_rad, latency);
+    }
   }
-  conditional_->tell(costs);
-  if (stage_ == Stage::open && conditional_->done()) start_gated();
+  for (const HeadingSeed& seed : options_.seeds) ask(seed.heading_rad, options_.grid_std_rad, seed.latency_s);
 }
 
-// From the minimum of the open candidates, with their own measure of how far the noise model is off.
-void HeadingSearch::start_gated() {
-  const bool placed = conditional_->settled() && conditional_->parabola().has_minimum();
-  const double centre = placed ? conditional_->parabola().minimum_x : conditional_->best().x;
-  const double step =
-      placed ? std::min(2.0 * conditional_->parabola().sigma(), options_.triple_step_rad) : options_.triple_step_rad;
-  stage_ = Stage::gated;
-  gate_scales_ = best_.gate_scales;
-  best_ = {};
-  best_.cost = std::numeric_limits<double>::infinity();
-  conditional_.emplace(centre, step, kPi, options_.tolerance_rad, options_.max_evaluations);
+// Where two harmonics do not describe the circle: all of the grid, at the best latency.
+void HeadingSearch::ask_whole_circle() {
+  stage_ = Stage::whole_circle;
+  FlightParameters parameters = start_;
+  parameters.latency_s = basins_.front().latency_s;
+  asked_.clear();
+  const int n = static_cast<int>(std::ceil(2.0 * kPi / options_.grid_step_rad - 1e-9));
+  for (int i = 0; i < n; ++i)
+    asked_.push_back({i * 2.0 * kPi / n, options_.grid_std_rad, false, gate_scales_, parameters});
 }
 
-void HeadingSearch::tell_wide(const std::vector<CandidateScore>& scores) {
-  const std::vector<HeadingCandidate> asked = ask();
-  std::size_t best = 0;
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    curve_.push_back({wrap_2pi(asked[i].heading_rad), asked[i].heading_std_rad, scores[i].cost, false});
-    if (scores[i].cost < scores[best].cost) best = i;
+void HeadingSearch::tell_circle(const std::vector<double>& costs) {
+  for (std::size_t i = 0; i < costs.size(); ++i) {
+    if (std::isfinite(costs[i])) basins_.push_back({asked_[i].heading_rad, asked_[i].parameters.latency_s, costs[i]});
   }
-  if (!std::isfinite(scores[best].cost)) {
+  if (basins_.empty()) {
     throw NumericalError(
         "alignment: the filter fails from every heading; check units, axes and time stamps of the IMU");
   }
-  if (asked.size() > 1) modes_ = modes_of(curve_);
-  gate_scales_ = scores[best].gate_scales;
-  best_.cost = std::numeric_limits<double>::infinity();
+  std::stable_sort(basins_.begin(), basins_.end(), [](const Basin& a, const Basin& b) { return a.cost < b.cost; });
+  if (stage_ == Stage::circle && !options_.guess_rad) {
+    // Two harmonics describe a circle when no residual is more than a small part of their depth, or of a nat.
+    bool described = true;
+    const std::size_t circles = circle_latencies().size();
+    for (std::size_t j = 0; j < circles; ++j) {
+      const auto from = costs.begin() + static_cast<std::ptrdiff_t>(j * kCoarseCircle);
+      const std::vector<double> y(from, from + kCoarseCircle);
+      if (asked_[j * kCoarseCircle].parameters.latency_s != basins_.front().latency_s) continue;
+      const double depth = *std::max_element(y.begin(), y.end()) - *std::min_element(y.begin(), y.end());
+      described = fit_harmonics(y).worst < std::max(1.0, 0.15 * depth);
+    }
+    if (!described) {
+      ask_whole_circle();
+      return;
+    }
+  }
+  choose_basins();
+}
+
+// The best, and others far enough from it that are not hopeless.
+void HeadingSearch::choose_basins() {
+  constexpr double kHopeless = 30.0;  // nats
+  constexpr std::size_t kMost = 3;
+  const double apart = std::max(options_.grid_step_rad, 1.5 * options_.grid_std_rad) * 1.2;
+  std::vector<Basin> chosen;
+  for (const Basin& b : basins_) {
+    const auto near = [&](const Basin& c) {
+      return std::abs(wrap_pi(b.heading_rad - c.heading_rad)) < 2.0 * apart &&
+             std::abs(b.latency_s - c.latency_s) < 0.3;
+    };
+    if (chosen.size() == kMost || b.cost > basins_.front().cost + kHopeless) break;
+    if (std::none_of(chosen.begin(), chosen.end(), near)) chosen.push_back(b);
+  }
+  basins_ = chosen;
+  basin_ = 0;
+  FlightParameters parameters = start_;
+  parameters.latency_s = basins_[0].latency_s;
   stage_ = Stage::open;
-  conditional_.emplace(asked[best].heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad,
-                       options_.max_evaluations);
+  start_fit(basins_[0].heading_rad, parameters);
+}
+
+// The fit of stage_ from here.
+void HeadingSearch::start_fit(double heading_rad, const FlightParameters& parameters) {
+  base_ = parameters;
+  best_ = {};
+  best_.cost = kInfinity;
+  if (!joint()) {
+    line_.emplace(heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad, options_.max_evaluations);
+  } else {
+    constexpr double kLatencyStep_s = 0.02, kLogScaleStep = 0.2;
+    const auto n = static_cast<Eigen::Index>(variables_.size()) + 1;
+    SurfaceVector x(n), h(n);
+    x[0] = heading_rad;
+    h[0] = 0.5 * options_.triple_step_rad;
+    for (std::size_t i = 0; i < variables_.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i) + 1;
+      const double value = parameters.*variables_[i];
+      x[k] = is_scale(variables_[i]) ? std::log(value) : value;
+      h[k] = is_scale(variables_[i]) ? kLogScaleStep : kLatencyStep_s;
+    }
+    surface_.emplace(x, h, SurfaceLimits{});
+  }
+  ask_fit();
+}
+
+void HeadingSearch::ask_fit() {
+  asked_.clear();
+  if (!joint()) {
+    for (double x : line_->ask()) asked_.push_back(conditional(x, base_));
+  } else {
+    for (const SurfaceVector& x : surface_->ask()) asked_.push_back(candidate_at(x));
+  }
+}
+
+void HeadingSearch::tell_fit(const std::vector<double>& costs, const std::vector<CandidateScore>& scores) {
+  if (!joint()) {
+    line_->tell(costs);
+  } else {
+    surface_->tell(costs);
+  }
+  if (stage_ == Stage::open && joins_a_fit()) {
+    next_basin();
+  } else if (joint() ? !surface_->done() : !line_->done()) {
+    ask_fit();
+  } else if (stage_ == Stage::open && !joint()) {
+    start_gated();
+  } else {
+    finish_fit(scores);
+  }
+}
+
+// From the minimum of the open candidates, with their own measure of how far the noise model is off where that is given.
+void HeadingSearch::start_gated() {
+  stage_ = Stage::gated;
+  gate_scales_ = best_.gate_scales;
+  best_ = {};
+  best_.cost = kInfinity;
+  const Parabola parabola = line_->parabola();
+  const bool placed = line_->settled() && parabola.has_minimum();
+  const double centre = placed ? parabola.minimum_x : line_->best().x;
+  const double step = placed ? std::min(2.0 * parabola.sigma(), options_.triple_step_rad) : options_.triple_step_rad;
+  line_.emplace(centre, step, kPi, options_.tolerance_rad, options_.max_evaluations);
+  ask_fit();
+}
+
+void HeadingSearch::finish_fit(const std::vector<CandidateScore>& scores) {
+  Fit fit;
+  fit.best = best_;
+  fit.gate_scales = gate_scales_;
+  fit.parameters = base_;
+  fit.cost = best_.cost;
+  fit.slope = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  if (!joint()) {
+    const Parabola parabola = line_->parabola();
+    fit.settled = line_->settled();
+    fit.heading_rad = fit.settled && parabola.has_minimum() ? parabola.minimum_x : line_->best().x;
+    if (parabola.has_minimum()) {
+      fit.sigma_rad = parabola.sigma();
+      fit.log_volume = std::log(parabola.sigma());
+    }
+    fit.triple = line_->fitted();
+  } else {
+    const Surface& surface = surface_->surface();
+    fit.settled = surface_->settled();
+    const SurfaceVector x = fit.settled ? surface.minimum : surface_->centre();
+    fit.heading_rad = x[0];
+    fit.parameters = candidate_at(x).parameters;
+    if (surface.has_minimum) {
+      SurfaceMatrix covariance = surface.covariance();
+      const SurfaceVector misfit = block_misfit(covariance, surface_->steps(), scores);
+      fit.misfit = misfit[0];
+      covariance = (misfit.asDiagonal() * covariance * misfit.asDiagonal()).eval();
+      fit.sigma_rad = std::sqrt(covariance(0, 0));
+      const Eigen::LLT<SurfaceMatrix> llt(covariance);
+      for (Eigen::Index i = 0; i < x.size(); ++i) fit.log_volume += std::log(llt.matrixLLT()(i, i));
+      const auto std_of = [&](double FlightParameters::*which, std::optional<double>& std) {
+        const auto found = std::find(variables_.begin(), variables_.end(), which);
+        if (found == variables_.end()) return;
+        const auto k = static_cast<Eigen::Index>(found - variables_.begin()) + 1;
+        // of a scale: of its logarithm, times the scale
+        const double unit = is_scale(which) ? fit.parameters.*which : 1.0;
+        std = unit * std::sqrt(covariance(k, k));
+        fit.slope.*which = covariance(k, 0) / covariance(0, 0);
+      };
+      std_of(&FlightParameters::latency_s, fit.std.latency_s);
+      std_of(&FlightParameters::imu_noise_scale, fit.std.imu_noise_scale);
+      std_of(&FlightParameters::accel_noise_scale, fit.std.accel_noise_scale);
+      std_of(&FlightParameters::gnss_std_scale, fit.std.gnss_std_scale);
+      std_of(&FlightParameters::velocity_std_scale, fit.std.velocity_std_scale);
+    }
+  }
+  fits_.push_back(fit);
+  next_basin();
+}
+
+// A later basin may lead to where an earlier one has led.
+bool HeadingSearch::joins_a_fit() const {
+  const double heading = joint() ? surface_->surface().minimum[0] : line_->best().x;
+  return std::any_of(fits_.begin(), fits_.end(), [&](const Fit& fit) {
+    return fit.settled && std::abs(wrap_pi(heading - fit.heading_rad)) < 3.0 * fit.sigma_rad.value_or(0.0);
+  });
+}
+
+void HeadingSearch::next_basin() {
+  if (++basin_ < basins_.size()) {
+    FlightParameters parameters = start_;
+    parameters.latency_s = basins_[basin_].latency_s;
+    stage_ = Stage::open;
+    gate_scales_ = {};
+    start_fit(basins_[basin_].heading_rad, parameters);
+    return;
+  }
+  for (std::size_t i = 0; i < fits_.size(); ++i) {
+    if (fits_[i].cost < fits_[best_fit_].cost) best_fit_ = i;
+  }
+  ask_density();
+}
+
+// Along the valley about psi*, then over the circle.
+void HeadingSearch::ask_density() {
+  stage_ = Stage::density;
+  const Fit& fit = fits_[best_fit_];
+  gate_scales_ = fit.gate_scales;
+  constexpr int kHalf = 8;           // samples on either side
+  constexpr double kFarthest = 4.0;  // sigmas
+  constexpr double kWidest = 0.5 * kPi;
+  const double reach = std::min(kFarthest * fit.sigma_rad.value_or(kPi), kWidest);
+  asked_.clear();
+  for (int i = -kHalf; i <= kHalf; ++i) {
+    const double off = reach * i / kHalf;
+    FlightParameters parameters = fit.parameters;
+    for (const auto variable : variables_) {
+      double& value = parameters.*variable;
+      value = is_scale(variable) ? value * std::exp(fit.slope.*variable * off) : value + fit.slope.*variable * off;
+    }
+    asked_.push_back(conditional(fit.heading_rad + off, parameters));
+  }
+  const int n = static_cast<int>(std::ceil(2.0 * kPi / options_.grid_step_rad - 1e-9));
+  for (int i = 1; i < n; ++i) {
+    const double off = wrap_pi(i * 2.0 * kPi / n);
+    if (std::abs(off) > 1.01 * reach) asked_.push_back(conditional(fit.heading_rad + off, fit.parameters));
+  }
+}
+
+void HeadingSearch::tell_density(const std::vector<double>& costs) {
+  std::vector<PosteriorSample> samples;
+  const Fit& best = fits_[best_fit_];
+  const double temper = 1.0 / (best.misfit * best.misfit);
+  for (std::size_t i = 0; i < costs.size(); ++i) samples.push_back({asked_[i].heading_rad, temper * costs[i]});
+  posterior_ = heading_posterior(std::move(samples), best.heading_rad);
+  // The other basins, each with its own parameters: by the volume of its fit.
+  double sum = 1.0;
+  std::vector<HeadingMode> others;
+  for (std::size_t i = 0; i < fits_.size(); ++i) {
+    const double away = std::abs(wrap_pi(fits_[i].heading_rad - best.heading_rad));
+    if (i == best_fit_ || !best.sigma_rad || away < 5.0 * *best.sigma_rad) continue;
+    others.push_back({wrap_2pi(fits_[i].heading_rad),
+                      std::exp(temper * (best.cost - fits_[i].cost) + fits_[i].log_volume - best.log_volume)});
+    sum += others.back().mass;
+  }
+  for (HeadingMode& mode : posterior_.modes) mode.mass /= sum;
+  for (const HeadingMode& mode : others) posterior_.modes.push_back({mode.heading_rad, mode.mass / sum});
+  std::stable_sort(posterior_.modes.begin(), posterior_.modes.end(),
+                   [](const HeadingMode& a, const HeadingMode& b) { return a.mass > b.mass; });
+  asked_.clear();
+  stage_ = Stage::done;
+}
+
+void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
+  std::vector<double> costs;
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    const HeadingCandidate& c = asked_[i];
+    costs.push_back(cost_of(c, scores[i].cost));
+    curve_.push_back({wrap_2pi(c.heading_rad), c.heading_std_rad, costs.back(), c.gated, c.parameters});
+    if ((stage_ == Stage::open || stage_ == Stage::gated) && costs.back() < best_.cost) {
+      best_ = scores[i];
+      best_.cost = costs.back();
+    }
+  }
+  switch (stage_) {
+    case Stage::scales:
+      tell_scales(costs);
+      break;
+    case Stage::circle:
+    case Stage::whole_circle:
+      tell_circle(costs);
+      break;
+    case Stage::open:
+    case Stage::gated:
+      tell_fit(costs, scores);
+      break;
+    case Stage::density:
+      tell_density(costs);
+      break;
+    case Stage::done:
+      break;
+  }
 }
 
 HeadingResult HeadingSearch::result() const {
   if (!done()) throw Error("HeadingSearch: result() before done()");
+  const Fit& fit = fits_[best_fit_];
   HeadingResult r;
+  r.heading_rad = wrap_2pi(fit.heading_rad);
+  r.sigma_rad = fit.sigma_rad;
+  r.settled = fit.settled;
+  r.parameters = fit.parameters;
+  r.parameters_std = fit.std;
+  r.posterior = posterior_;
+  r.triple = fit.triple;
   r.curve = curve_;
   r.evaluations = static_cast<int>(curve_.size());
-  r.settled = conditional_->settled();
-  const Parabola& parabola = conditional_->parabola();
-  const bool informative = parabola.has_minimum();
-  r.heading_rad = wrap_2pi(r.settled && informative ? parabola.minimum_x : conditional_->best().x);
-  r.nis_90 = best_.nis_90;
+  r.nis_90 = fit.best.nis_90;
   // The gated filters may have lost fixes, the open ones have followed outliers: the tighter of the two.
-  r.gate_scales = {std::min(gate_scales_.position, best_.gate_scales.position),
-                   std::min(gate_scales_.velocity, best_.gate_scales.velocity)};
-  if (informative) r.sigma_rad = parabola.sigma();
-  r.modes = modes_.empty() ? std::vector<HeadingMode>{{r.heading_rad, 1.0}} : modes_;
-
-  // What the flight itself says: a typed-in guess is not counted for the verdict.
-  double information = r.sigma_rad ? 1.0 / (*r.sigma_rad * *r.sigma_rad) : 0.0;
-  if (options_.guess_rad) information -= 1.0 / (options_.guess_std_rad * options_.guess_std_rad);
-  if (best_.fixes == 0) information = 0.0;
-  const double data_sigma = information > 0.0 ? 1.0 / std::sqrt(information) : 2.0 * kPi;
-  constexpr double kInterval = 2.0 * 1.959963984540054;  // width of the 95 % interval in sigma
-  const bool second_mode = r.modes.size() > 1 && r.modes[1].mass > kSecondModeMass;
-  if (kInterval * data_sigma > kPi) {
-    r.sigma_rad.reset();
-    r.verdict = "unobservable";
-    r.advice =
-        "the flight holds no horizontal acceleration that would show the heading; fly straight legs with quick starts "
-        "and "
-        "stops";
-  } else if (second_mode) {
-    r.verdict = "ambiguous";
-    r.advice = "more than one heading explains the flight; accelerate in two different horizontal directions";
-  } else if (data_sigma <= options_.max_sigma_rad && r.settled) {
-    r.verdict = "aligned";
-    r.advice = "the heading is determined by the flight";
-  } else {
-    r.verdict = "weak";
-    r.advice = "the heading is only roughly determined; longer or quicker horizontal accelerations sharpen it";
-  }
+  r.gate_scales = joint() ? fit.best.gate_scales
+                          : GateScales{std::min(gate_scales_.position, fit.best.gate_scales.position),
+                                       std::min(gate_scales_.velocity, fit.best.gate_scales.velocity)};
+  judge(r, fit.best.fixes, options_);
   return r;
 }
 

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/align/initial.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
 
 namespace liealign {
@@ -12,6 +14,27 @@ Vector<double, 2> level(const Vector3d& mean_f_ib_b) {
   const Vector3d& f = mean_f_ib_b;
   return {std::atan2(-f.y(), -f.z()), std::atan2(f.x(), std::hypot(f.y(), f.z()))};
 }
+
+namespace {
+
+// (Eq. 36): attitude variances along north, east and down, velocity in body axes, position of the antenna in ECEF axes.
+LieModel<double>::Covariance initial_covariance(const Matrix3d& C_b_e, const Matrix3d& C_b_n, const Vector3d& std_phi_n,
+                                                const Matrix3d& P_v_b, const Matrix3d& R_p_e, const InitialStd& std,
+                                                const Vector3d& l_ba_b) {
+  const Matrix3d P_phi = C_b_n.transpose() * std_phi_n.cwiseAbs2().asDiagonal() * C_b_n;
+  const Matrix3d l = hat(l_ba_b);
+  LieModel<double>::Covariance P = LieModel<double>::Covariance::Zero();
+  P.block<3, 3>(kPhi, kPhi) = P_phi;
+  P.block<3, 3>(kNu, kNu) = P_v_b;
+  P.block<3, 3>(kRho, kRho) = C_b_e.transpose() * R_p_e * C_b_e + l * P_phi * l.transpose();
+  P.block<3, 3>(kRho, kPhi) = l * P_phi;
+  P.block<3, 3>(kPhi, kRho) = P_phi * l.transpose();
+  P.block<3, 3>(kBa, kBa) = std.accel_bias_mps2 * std.accel_bias_mps2 * Matrix3d::Identity();
+  P.block<3, 3>(kBg, kBg) = std.gyro_bias_rps * std.gyro_bias_rps * Matrix3d::Identity();
+  return P;
+}
+
+}  // namespace
 
 Belief<LieModel<double>> belief_at_rest(const RestStatistics& rest, double heading_rad, double heading_std_rad,
                                         const InitialStd& std, const Vector3d& l_ba_b, GravityModel gravity) {
@@ -25,18 +48,27 @@ Belief<LieModel<double>> belief_at_rest(const RestStatistics& rest, double headi
   const double g = gravity_e(nav.p, gravity).norm();
   belief.X.second.x << f * (1.0 - g / f.norm()), rest.mean_omega_ib_b - nav.C.transpose() * wgs84::omega_ie_e();
 
-  const double tilt2 = std.roll_pitch_rad * std.roll_pitch_rad, heading2 = heading_std_rad * heading_std_rad;
-  const Matrix3d P_phi = C_b_n.transpose() * Vector3d(tilt2, tilt2, heading2).asDiagonal() * C_b_n;
-  const Matrix3d l = hat(l_ba_b);
-  LieModel<double>::Covariance& P = belief.P;
-  P.setZero();
-  P.block<3, 3>(kPhi, kPhi) = P_phi;
-  P.block<3, 3>(kNu, kNu) = std.velocity_mps * std.velocity_mps * Matrix3d::Identity();
-  P.block<3, 3>(kRho, kRho) = nav.C.transpose() * rest.R_p_e * nav.C + l * P_phi * l.transpose();
-  P.block<3, 3>(kRho, kPhi) = l * P_phi;
-  P.block<3, 3>(kPhi, kRho) = P_phi * l.transpose();
-  P.block<3, 3>(kBa, kBa) = std.accel_bias_mps2 * std.accel_bias_mps2 * Matrix3d::Identity();
-  P.block<3, 3>(kBg, kBg) = std.gyro_bias_rps * std.gyro_bias_rps * Matrix3d::Identity();
+  const double tilt = std::max(std.roll_pitch_rad, std.accel_bias_mps2 / g);
+  belief.P = initial_covariance(nav.C, C_b_n, Vector3d(tilt, tilt, heading_std_rad),
+                                std.velocity_mps * std.velocity_mps * Matrix3d::Identity(), rest.R_p_e, std, l_ba_b);
+  return belief;
+}
+
+Belief<LieModel<double>> belief_in_motion(const MotionStatistics& motion, double heading_rad, double heading_std_rad,
+                                          const InitialStd& std, const Vector3d& l_ba_b) {
+  const Matrix3d C_b_n = C_b_n_from_rpy({motion.roll_rad, motion.pitch_rad, heading_rad});
+  Belief<LieModel<double>> belief;
+  SE23<double>& nav = belief.X.first;
+  nav.C = C_n_e(motion.p_ea_e) * C_b_n;
+  nav.v = motion.v_ea_e;
+  nav.p = motion.p_ea_e - nav.C * l_ba_b;
+  belief.X.second.x << Vector3d::Zero(), motion.b_g_rps;
+  InitialStd wide = std;
+  wide.gyro_bias_rps = std::max(std.gyro_bias_rps, motion.gyro_bias_std_rps);
+  const double tilt = std::hypot(motion.tilt_std_rad, std.accel_bias_mps2 / kStandardGravity);
+  belief.P = initial_covariance(nav.C, C_b_n, Vector3d(tilt, tilt, heading_std_rad),
+                                motion.velocity_std_mps * motion.velocity_std_mps * Matrix3d::Identity(),
+                                motion.position_std_m * motion.position_std_m * Matrix3d::Identity(), wide, l_ba_b);
   return belief;
 }
 

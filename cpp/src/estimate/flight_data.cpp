@@ -8,7 +8,7 @@ namespace liealign {
 
 void merge_events(FlightData& data) {
   data.events.clear();
-  const double begin = data.imu.front().t_s, end = data.imu.back().t_s;
+  const double begin = data.imu().front().t_s, end = data.imu().back().t_s;
   const auto inside = [&](double t) { return t > begin && t <= end; };
   for (std::size_t i = 0; i < data.fixes.size(); ++i) {
     if (inside(data.fixes[i].t_s)) data.events.push_back({data.fixes[i].t_s, Event::Kind::fix, i});

@@ -65,7 +65,7 @@ std::vector<Belief<Model>> backward_pass(const Problem& p, const Progress& progr
 void give_node(const Problem& p, const SmootherSink& sink, std::size_t slot, const ImuCursor& at, bool event,
                bool last_at_its_time, const Belief<Model>& filtered, const Belief<Model>& smoothed) {
   if (event) sink.event(slot, at.t_s, filtered, smoothed);
-  if (last_at_its_time && p.data.imu[at.k - 1].t_s == at.t_s && sink.wanted(at.k - 1)) {
+  if (last_at_its_time && p.data.imu()[at.k - 1].t_s == at.t_s && sink.wanted(at.k - 1)) {
     sink.epoch(slot, at.k - 1, smoothed);
   }
 }
@@ -95,7 +95,7 @@ void give_block(const Problem& p, const SmootherSink& sink, std::size_t block, s
       if (sink.wanted(k)) sink.inside(slot, k, inside, pre);
     };
     ImuCursor at = step.from;
-    preintegrate_to(step.end_s, p.data.imu, step.before.X.second.x, noise, at, give);
+    preintegrate_to(step.end_s, p.data.imu(), step.before.X.second.x, noise, at, give);
   }
   if (block + 1 == p.run.blocks.size()) give_end(p, sink, slot);
   sink.made(slot);

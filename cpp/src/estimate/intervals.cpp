@@ -10,7 +10,7 @@ IntervalSeries preintegrate(const ImuSeries& imu, const std::vector<double>& sto
   for (const double stop : stops) {
     while (cuts.back() < stop) cuts.push_back(interval_end(cuts.back(), stop));
   }
-  IntervalSeries series{cuts.front(), std::vector<Interval>(cuts.size() - 1), b_0};
+  IntervalSeries series{cuts.front(), std::vector<Interval>(cuts.size() - 1), b_0, noise};
   const auto n = static_cast<std::ptrdiff_t>(series.intervals.size());
 #pragma omp parallel for schedule(static)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
@@ -21,6 +21,8 @@ IntervalSeries preintegrate(const ImuSeries& imu, const std::vector<double>& sto
     interval.end_s = cuts[k + 1];
     interval.pre = preintegrate_to(interval.end_s, imu, b_0, noise, at, nothing_inside);
     interval.omega_end = omega_at(imu, at);
+    for (std::size_t j = cursor_at(imu, cuts[k]).k; j < imu.size() && imu[j - 1].t_s < interval.end_s; ++j)
+      interval.bridges_gap = interval.bridges_gap || imu[j].gap_s > 0.0;
   }
   return series;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <utility>
 
 #include "liealign/core/error.hpp"
@@ -15,11 +16,10 @@
 #include "liealign/pipeline/checks.hpp"
 #include "liealign/pipeline/field_table.hpp"
 #include "liealign/pipeline/settings.hpp"
+#include "liealign/pipeline/start.hpp"
 
 namespace liealign {
 namespace {
-
-constexpr double kNudge_m = 0.5;  // a vehicle pushed about on its place
 
 std::string seconds(double t) {
   char text[32];
@@ -61,8 +61,12 @@ bool accepted(const GnssRecord& r, const Config& config) {
 }
 
 void make_fixes(const Flight& flight, PreparedFlight& out) {
-  FlightData& data = out.problem.data;
-  const double begin = data.imu.front().t_s, end = data.imu.back().t_s;
+  FlightData& data = out.data;
+  data.fixes.clear();
+  out.record_time_s.clear();
+  out.record_p_ea_e.clear();
+  out.record_use.clear();
+  const double begin = data.imu().front().t_s, end = data.imu().back().t_s;
   std::size_t refused = 0;
   for (std::size_t i = 0; i < flight.gnss.size(); ++i) {
     const GnssFix fix = fix_from_record(flight.gnss[i], i, flight.config, out.latency_s, out.gnss_std_scale);
@@ -110,60 +114,89 @@ void check_rates(const FlightData& data, std::vector<RestPeriod> rests, const Co
     RestLimits limits = rest_limits(config);
     limits.gyro_std_rps *= kRadToDeg;
     limits.gyro_mean_rps *= kRadToDeg;
-    rests = find_rests(data.imu, data.fixes, limits);
+    rests = find_rests(data.imu(), data.fixes, limits);
   }
   if (rests.empty()) return;
-  const RestStatistics rest = rest_statistics(data.imu, data.fixes, rests.front());
-  if (!rates_look_like_degrees(data.imu, rest)) return;
+  const RestStatistics rest = rest_statistics(data.imu(), data.fixes, rests.front());
+  if (!rates_look_like_degrees(data.imu(), rest)) return;
   throw InputError(
       config.imu.file +
       ": in motion the rates tumble the body as only rates 57.3 times too large do: the gyros are in deg/s; "
       "set imu.gyro_unit = \"dps\" (--gyro-unit dps)");
 }
 
-// The last rest before the first motion starts the run: tilt, biases and position come from it.
-const RestPeriod& initial_rest(const PreparedFlight& out) {
-  if (out.config.align.start == "moving") {
-    throw InputError(
-        "align.start is \"moving\", which this version does not have; it starts from a rest of at least "
-        "rest.min_duration_s");
+// Fixes of the initial rest are its averaged position and not updates as well; fixes before the start are not used.
+void drop_fixes_up_to(const Start& start, PreparedFlight& out) {
+  auto& fixes = out.data.fixes;
+  const double begin_s = start.moving ? start.t_s : start.rest.begin_s;
+  const auto early = [&](const GnssFix& f) { return start.moving ? f.t_s < start.t_s : f.t_s <= start.t_s; };
+  for (const GnssFix& f : fixes) {
+    if (!early(f)) continue;
+    out.record_use[f.record] = f.t_s >= begin_s ? RecordUse::averaged_at_rest : RecordUse::outside_imu;
   }
-  const std::string what = "; this version starts from a rest of at least " + seconds(out.config.rest.min_duration_s) +
-                           " s with fixes (see the keys of [rest])";
-  if (out.rests.empty()) throw InputError("the log holds no rest" + what);
-  const auto& fixes = out.problem.data.fixes;
-  const RestPeriod* chosen = nullptr;
-  RestStatistics at;
-  for (const RestPeriod& r : out.rests) {
-    const RestStatistics statistics = rest_statistics(out.problem.data.imu, fixes, r);
-    if (statistics.fixes == 0) continue;
-    // A nudge ends a rest without a motion: go on to the next one while no fix in between has left the place.
-    const double reach = kNudge_m + out.config.rest.gnss_drift_sigma * std::sqrt(at.R_p_e.trace());
-    const auto left = [&](const GnssFix& f) {
-      return f.t_s > at.period.end_s && f.t_s <= r.end_s && (f.p_ea_e - at.p_ea_e).norm() > reach;
-    };
-    if (chosen && std::any_of(fixes.begin(), fixes.end(), left)) break;
-    chosen = &r;
-    at = statistics;
-  }
-  if (!chosen) throw InputError("no fix falls into a rest" + what);
-  return *chosen;
+  std::erase_if(fixes, early);
 }
 
-// Fixes of the initial rest are its averaged position and not updates as well; fixes before it are not used.
-void drop_fixes_up_to(double t_start, const RestPeriod& rest, PreparedFlight& out) {
-  auto& fixes = out.problem.data.fixes;
-  for (const GnssFix& f : fixes) {
-    if (f.t_s > t_start) continue;
-    out.record_use[f.record] = f.t_s >= rest.begin_s ? RecordUse::averaged_at_rest : RecordUse::outside_imu;
+// Updates by the rest that the run starts from and by the last one.
+void add_rest_updates(const Start& start, PreparedFlight& out) {
+  FlightData& data = out.data;
+  const double interval = out.config.rest.interval_s;
+  if (!start.moving) data.rests = rest_updates(data.imu(), start.rest, interval);
+  if (!out.rests.empty() && out.rests.back().begin_s > start.t_s) {
+    const std::vector<RestUpdate> last = rest_updates(data.imu(), out.rests.back(), interval);
+    data.rests.insert(data.rests.end(), last.begin(), last.end());
   }
-  std::erase_if(fixes, [&](const GnssFix& f) { return f.t_s <= t_start; });
+  merge_events(data);
+}
+
+// What the IMU and the fixes say of heading and latency before any filter runs. An unknown latency is set to what they say.
+void run_coarse_stage(const Flight& flight, const Start& start, PreparedFlight& out) {
+  const AlignmentProblem& problem = out.problem;
+  CoarseOptions options;
+  if (out.config.gnss.latency_s) options.max_lag_s = 0.0;
+  std::optional<Vector3d> b_g;
+  if (!start.moving) b_g = problem.rest.mean_omega_ib_b;
+  out.coarse = coarse_alignment(out.data.imu(), out.data.fixes, out.data.l_ba_b, problem.t_start_s, problem.t_end_s,
+                                options, b_g);
+  if (out.config.gnss.latency_s || out.coarse.modes.empty()) return;
+  out.latency_s = out.coarse.modes.front().latency_s;
+  for (CoarseMode& mode : out.coarse.modes) mode.latency_s -= out.latency_s;
+  make_fixes(flight, out);
+}
+
+// One fix a second. Noise scales come from innovations, and those of a fast receiver are not the independent ones that the
+// likelihood takes them for: it filters, and what vibrates between two of its fixes says nothing about a heading.
+void thin(std::vector<GnssFix>& fixes) {
+  constexpr double kApart_s = 1.0, kSlack_s = 0.01;
+  double next_s = -std::numeric_limits<double>::infinity();
+  std::erase_if(fixes, [&](const GnssFix& f) {
+    const bool early = f.t_s < next_s;
+    if (!early) next_s = f.t_s + kApart_s - kSlack_s;
+    return early;
+  });
+}
+
+// The fixes of the candidates: those that stay inside the scored flight whatever latency is tried.
+void make_problem_data(PreparedFlight& out) {
+  constexpr double kGuard_s = 0.2, kBlindGuard_s = 1.0;
+  AlignmentProblem& problem = out.problem;
+  double guard = 0.0;
+  if (!out.config.gnss.latency_s) {
+    guard = out.coarse.modes.empty() ? kBlindGuard_s : kGuard_s;
+    for (const CoarseMode& mode : out.coarse.modes) guard = std::max(guard, kGuard_s + std::abs(mode.latency_s));
+  }
+  problem.data = out.data;
+  std::erase_if(problem.data.fixes, [&](const GnssFix& f) {
+    return f.t_s <= problem.t_start_s + guard || f.t_s > problem.t_end_s - guard;
+  });
+  if (!out.config.imu.noise_scale || !out.config.gnss.std_scale) thin(problem.data.fixes);
+  merge_events(problem.data);
 }
 
 // The trajectory goes from the rest to the last fix or rest update; a wanted span outside of it is a slip.
 void check_output_span(const PreparedFlight& out) {
   const OutputConfig& c = out.config.output;
-  const FlightData& data = out.problem.data;
+  const FlightData& data = out.data;
   const double begin = out.t_begin_s, end = data.events.empty() ? out.t_begin_s : data.events.back().t_s;
   const double from = c.start_time_s.value_or(begin), to = c.stop_time_s.value_or(end);
   if (from <= std::min(to, end) && to >= begin) return;
@@ -173,7 +206,7 @@ void check_output_span(const PreparedFlight& out) {
 }
 
 void warn(const Flight& flight, PreparedFlight& out) {
-  const FlightData& data = out.problem.data;
+  const FlightData& data = out.data;
   if (flight.config.gnss.lever_arm_b_m == std::array<double, 3>{0, 0, 0}) {
     out.warnings.push_back("gnss.lever_arm_b_m is zero: the antenna is taken to be at the IMU");
   }
@@ -190,12 +223,12 @@ void warn(const Flight& flight, PreparedFlight& out) {
     out.warnings.push_back("the IMU log has " + std::to_string(out.gaps.size()) + " gaps, " + seconds(gap_s) +
                            " s in all; the first " + std::to_string(kListed) + " are listed");
   }
-  if (out.t_begin_s > data.imu.front().t_s + 1.0) {
+  if (out.t_begin_s > data.imu().front().t_s + 1.0) {
     out.warnings.push_back("the run starts with the rest at " + seconds(out.t_begin_s) + " s; " +
-                           seconds(out.t_begin_s - data.imu.front().t_s) + " s of IMU data before it are not used");
+                           seconds(out.t_begin_s - data.imu().front().t_s) + " s of IMU data before it are not used");
   }
-  if (!data.fixes.empty() && data.imu.back().t_s > data.fixes.back().t_s + 2.0) {
-    out.warnings.push_back("the IMU log goes on for " + seconds(data.imu.back().t_s - data.fixes.back().t_s) +
+  if (!data.fixes.empty() && data.imu().back().t_s > data.fixes.back().t_s + 2.0) {
+    out.warnings.push_back("the IMU log goes on for " + seconds(data.imu().back().t_s - data.fixes.back().t_s) +
                            " s after the last fix; the trajectory ends with the last fix or rest");
   }
 }
@@ -243,40 +276,56 @@ PreparedFlight prepare_flight(Flight flight) {
   out.filter = filter_options(config);
 
   AlignmentProblem& problem = out.problem;
-  FlightData& data = problem.data;
+  FlightData& data = out.data;
   make_si(flight.imu, config.imu);
   PreparedImu imu =
       prepare_imu(std::move(flight.imu), sample_kind(config), sensor_to_body(config), config.imu.max_gap_s);
   out.gaps = imu.gaps;
   out.imu_rate_hz = std::round(1e3 / imu.median_dt_s) / 1e3;  // stamps carry rounding; nobody needs more digits
-  data.imu = std::move(imu.samples);
+  data.samples = std::make_shared<const ImuSeries>(std::move(imu.samples));
   data.l_ba_b = Vector3d(config.gnss.lever_arm_b_m[0], config.gnss.lever_arm_b_m[1], config.gnss.lever_arm_b_m[2]);
   make_fixes(flight, out);
 
-  out.rests = find_rests(data.imu, data.fixes, rest_limits(config));
+  out.rests = find_rests(data.imu(), data.fixes, rest_limits(config));
   check_rates(data, out.rests, config);
-  const RestPeriod rest = initial_rest(out);
-  problem.rest = rest_statistics(data.imu, data.fixes, rest);
-  for (const std::string& warning : check_force_at_rest(problem.rest, config.imu.file)) out.warnings.push_back(warning);
+  const Start start = choose_start(config, data, out.rests);
+  out.start = start.moving ? "moving" : "static";
+  out.start_reason = start.reason;
+  problem.t_start_s = start.t_s;
+  const double longest = config.align.max_time_s > 0.0 ? config.align.max_time_s : data.imu().back().t_s;
+  problem.t_end_s = std::min(problem.t_start_s + longest, data.imu().back().t_s);
+  if (!start.moving) problem.rest = rest_statistics(data.imu(), data.fixes, start.rest);
+  run_coarse_stage(flight, start, out);
+  if (start.moving) {
+    out.t_begin_s = problem.t_begin_s = start.t_s;
+    problem.motion = motion_statistics(data.fixes, start.t_s, out.coarse);
+  } else {
+    out.t_begin_s = start.rest.begin_s;
+    problem.t_begin_s = std::max(start.rest.begin_s, start.rest.end_s - config.align.max_rest_s);
+    problem.rest = rest_statistics(data.imu(), data.fixes, start.rest);
+    for (const std::string& warning : check_force_at_rest(problem.rest, config.imu.file))
+      out.warnings.push_back(warning);
+  }
   problem.initial = initial_std(config);
   problem.filter = out.filter;
-  out.t_begin_s = rest.begin_s;
-  problem.t_begin_s = std::max(rest.begin_s, rest.end_s - config.align.max_rest_s);
-  problem.t_start_s = rest.end_s;
-  drop_fixes_up_to(problem.t_start_s, rest, out);
-
-  data.rests = rest_updates(data.imu, rest, config.rest.interval_s);
-  if (out.rests.back().begin_s > rest.end_s) {
-    const std::vector<RestUpdate> last = rest_updates(data.imu, out.rests.back(), config.rest.interval_s);
-    data.rests.insert(data.rests.end(), last.begin(), last.end());
-  }
-  merge_events(data);
+  drop_fixes_up_to(start, out);
+  add_rest_updates(start, out);
   check_output_span(out);
-  const double longest = config.align.max_time_s > 0.0 ? config.align.max_time_s : data.imu.back().t_s;
-  problem.t_end_s = std::min(problem.t_start_s + longest, data.imu.back().t_s);
+  make_problem_data(out);
   problem.intervals = preintegrate(problem);
   warn(flight, out);
   return out;
+}
+
+HeadingSearchOptions heading_search_options(const PreparedFlight& flight) {
+  HeadingSearchOptions o = heading_search_options(flight.config);
+  for (const CoarseMode& mode : flight.coarse.modes)
+    o.seeds.push_back({mode.heading_rad, mode.heading_std_rad, mode.latency_s});
+  o.estimate_latency = !flight.config.gnss.latency_s;
+  o.estimate_imu_noise = !flight.config.imu.noise_scale;
+  o.estimate_gnss_std = !flight.config.gnss.std_scale;
+  for (const GnssFix& f : flight.problem.data.fixes) o.has_velocity = o.has_velocity || f.has_velocity;
+  return o;
 }
 
 }  // namespace liealign

@@ -38,11 +38,11 @@ struct Output {
   OutputFrame frame;
   double gyro_arw;
 
-  explicit Output(const PreparedFlight& flight)
-      : imu(flight.problem.data.imu),
+  Output(const PreparedFlight& flight, const FilterOptions& filter)
+      : imu(flight.data.imu()),
         config(flight.config.output),
         frame(output_frame(flight.config)),
-        gyro_arw(flight.filter.dynamics.noise.gyro_arw) {}
+        gyro_arw(filter.dynamics.noise.gyro_arw) {}
 
   // The number of the step of output.rate_hz that t has reached; the slack is for stamps a rounding below it.
   double step(double t) const { return std::floor(t * *config.rate_hz + 1e-6); }
@@ -93,15 +93,13 @@ constexpr std::size_t kPartEpochs = 4096;
 
 // What both ways through the flight share.
 struct Run {
-  const PreparedFlight& flight;
+  const FlightData& data;
   const FilterOptions& filter;
   const Output& output;
   Parts smoothed, filtered;
   const Progress& progress;
   bool keep_events;
   Solution& solution;
-
-  const FlightData& data() const { return flight.problem.data; }
 
   // Of `of` passes that take about as long, pass number `pass`.
   void report(std::size_t pass, std::size_t of, std::size_t done, std::size_t total) const {
@@ -111,7 +109,7 @@ struct Run {
   void record(const Event& event, UpdateKind kind, const Innovation<double>& innovation) const {
     solution.score.add(filter, kind, innovation);
     if (event.kind != Event::Kind::fix) return;
-    const GnssFix& fix = data().fixes[event.index];
+    const GnssFix& fix = data.fixes[event.index];
     FixRecord& record = solution.fixes[fix.record];
     const Matrix3d C_e_n = C_n_e(fix.p_ea_e).transpose();
     (kind == UpdateKind::position ? record.position : record.velocity) = fix_update(innovation, C_e_n);
@@ -130,14 +128,14 @@ struct IntervalRecorder {
   }
   void node(const RunState& state) const {
     run.filtered.hand_on(kPartEpochs);
-    const std::size_t n = run.data().events.size();
+    const std::size_t n = run.data.events.size();
     if (state.next_event % (1 + n / 50) == 0) run.report(0, 3, state.next_event, n);
   }
 };
 
 void by_intervals(Run& run, const Belief<Model>& belief, const ImuCursor& start) {
   IntervalRecorder recorder{run};
-  const ForwardRun forward = run_forward(run.data(), run.filter, {belief, start, {0, start.t_s}, 0, true}, recorder);
+  const ForwardRun forward = run_forward(run.data, run.filter, {belief, start, {0, start.t_s}, 0, true}, recorder);
   run.filtered.hand_on(0);
 
   struct EventPair {
@@ -163,8 +161,8 @@ void by_intervals(Run& run, const Belief<Model>& belief, const ImuCursor& start)
     run.smoothed.take(slot);
   };
   // The two passes that are left, in events of the first.
-  const std::size_t n = run.data().events.size();
-  smooth_run(run.data(), run.filter, forward, sink, [&](std::size_t done, std::size_t total) {
+  const std::size_t n = run.data.events.size();
+  smooth_run(run.data, run.filter, forward, sink, [&](std::size_t done, std::size_t total) {
     run.report(1, 3, done * 2 * n / total, n);
     return true;
   });
@@ -192,17 +190,17 @@ struct SampleRecorder : SilentVisitor<Model> {
       epochs.pop_back();
       run.filtered.add(0, cursor.k - 1, belief);
     }
-    const std::size_t n = run.data().events.size();
+    const std::size_t n = run.data.events.size();
     if (i % (1 + n / 50) == 0) run.report(0, 2, i, n);
   }
 };
 
 // Latest first, so that the whole trajectory is held until it is turned round.
 void by_samples(Run& run, Belief<Model> belief, const ImuCursor& start) {
-  const ImuSeries& imu = run.data().imu;
+  const ImuSeries& imu = run.data.imu();
   SampleRecorder recorder(run, {belief, start, belief});
   if (imu[start.k - 1].t_s == start.t_s) run.filtered.add(0, start.k - 1, belief);
-  forward_pass(run.data(), run.filter, belief, start, imu.back().t_s, recorder);
+  forward_pass(run.data, run.filter, belief, start, imu.back().t_s, recorder);
   run.filtered.hand_on(0);
 
   const std::vector<Checkpoint<Model>>& checkpoints = recorder.checkpoints;
@@ -212,7 +210,7 @@ void by_samples(Run& run, Belief<Model> belief, const ImuCursor& start) {
     run.solution.filtered_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, checkpoints[i].updated));
     run.solution.smoothed_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, b));
   };
-  smooth(Ekf<Model>{run.filter.dynamics, run.filter.covariance_reset}, run.data(), checkpoints, emit, at_event,
+  smooth(Ekf<Model>{run.filter.dynamics, run.filter.covariance_reset}, run.data, checkpoints, emit, at_event,
          [&](std::size_t done, std::size_t total) {
            run.report(1, 2, done, total);
            return true;
@@ -256,18 +254,19 @@ void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink) {
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
                  const EpochSink& filtered, const Progress& progress, bool keep_events) {
   const AlignmentProblem& problem = flight.problem;
-  const FlightData& data = problem.data;
-  const FilterOptions filter = with_gates(flight.filter, heading.gate_scales);
-  const Output output(flight);
+  const FlightData data = with_parameters(flight.data, heading.parameters, problem.t_start_s);
+  const FilterOptions filter = with_parameters(with_gates(flight.filter, heading.gate_scales), heading.parameters);
+  const Output output(flight, filter);
   Solution solution;
   solution.heading_std_initial_rad = initial_heading_std(flight, heading);
   for (std::size_t i = 0; i < flight.record_use.size(); ++i) {
     solution.fixes.push_back({flight.record_time_s[i], flight.record_use[i], {}, {}});
   }
+  for (const GnssFix& fix : data.fixes) solution.fixes[fix.record].t_s = fix.t_s;
 
-  const ImuCursor start = cursor_at(data.imu, flight.t_begin_s);
+  const ImuCursor start = cursor_at(data.imu(), flight.t_begin_s);
   std::size_t wanted = 0;
-  for (std::size_t k = start.k - 1; k < data.imu.size(); ++k) wanted += output.wanted(k) ? 1 : 0;
+  for (std::size_t k = start.k - 1; k < data.imu().size(); ++k) wanted += output.wanted(k) ? 1 : 0;
   const DigestOf digest{solution.digest, 1 + wanted / 2000};
   std::vector<const std::vector<Epoch>*> made(part_slots());
   EpochSink noted;
@@ -280,9 +279,9 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
     smoothed.take(slot);
   };
 
-  const Belief<Model> belief = belief_at_rest(problem.rest, heading.heading_rad, solution.heading_std_initial_rad,
-                                              problem.initial, data.l_ba_b, flight.filter.dynamics.gravity);
-  Run run{flight,   filter,      output,  {output, noted, true}, {output, filtered, flight.config.output.filtered},
+  const Belief<Model> belief = start_belief(problem, with_parameters(problem.initial, heading.parameters),
+                                            heading.heading_rad, solution.heading_std_initial_rad);
+  Run run{data,     filter,      output,  {output, noted, true}, {output, filtered, flight.config.output.filtered},
           progress, keep_events, solution};
   if (filter.dynamics.mechanization == Mechanization::exact) {
     by_intervals(run, belief, start);

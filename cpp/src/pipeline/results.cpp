@@ -18,8 +18,6 @@
 namespace liealign {
 namespace {
 
-constexpr double kInterval95 = 1.959963984540054;  // sigma of the 95 % interval
-
 Json degrees(const std::optional<double>& rad) { return rad ? Json(*rad * kRadToDeg) : Json(); }
 
 std::size_t count(const std::vector<FixRecord>& fixes, const std::string& word) {
@@ -36,13 +34,25 @@ double median(const std::vector<NavRow>& rows, double (*value)(const NavRow&)) {
   return *middle;
 }
 
-void put_scales(Json& json, const PreparedFlight& flight) {
-  json["gnss_latency_s"] = flight.latency_s;
-  json["gnss_latency_std_s"] = nullptr;
-  json["imu_noise_scale"] = flight.imu_noise_scale;
-  json["imu_noise_scale_std"] = nullptr;
-  json["gnss_std_scale"] = flight.gnss_std_scale;
-  json["gnss_std_scale_std"] = nullptr;
+Json number_or_null(const std::optional<double>& value, double unit = 1.0) {
+  return value ? Json(*value * unit) : Json();
+}
+
+// What the logs left open, as the run took it; a sigma is null where the value was given.
+void put_parameters(Json& json, const PreparedFlight& flight, const HeadingResult& heading) {
+  const FlightParameters& p = heading.parameters;
+  const FlightParametersStd& std = heading.parameters_std;
+  json["gnss_latency_s"] = flight.latency_s + p.latency_s;
+  json["gnss_latency_std_s"] = number_or_null(std.latency_s);
+  json["imu_noise_scale"] = flight.imu_noise_scale * p.imu_noise_scale;
+  json["imu_noise_scale_std"] = number_or_null(std.imu_noise_scale, flight.imu_noise_scale);
+  json["accel_noise_scale"] = p.accel_noise_scale;
+  json["accel_noise_scale_std"] = number_or_null(std.accel_noise_scale);
+  json["imu_turn_on_scale"] = p.turn_on_scale;
+  json["gnss_std_scale"] = flight.gnss_std_scale * p.gnss_std_scale;
+  json["gnss_std_scale_std"] = number_or_null(std.gnss_std_scale, flight.gnss_std_scale);
+  json["gnss_velocity_std_scale"] = p.velocity_std_scale;
+  json["gnss_velocity_std_scale_std"] = number_or_null(std.velocity_std_scale);
 }
 
 }  // namespace
@@ -97,23 +107,24 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
   json["heading_std_deg"] = degrees(heading.sigma_rad);
   json["heading_95_deg"] = nullptr;
   if (heading.sigma_rad) {
-    const double half = kInterval95 * *heading.sigma_rad;
     json["heading_95_deg"] =
-        JsonArray{wrap_2pi(heading.heading_rad - half) * kRadToDeg, wrap_2pi(heading.heading_rad + half) * kRadToDeg};
+        JsonArray{wrap_2pi(heading.posterior.low_rad) * kRadToDeg, wrap_2pi(heading.posterior.high_rad) * kRadToDeg};
   }
+  json["heading_mean_deg"] = heading.posterior.mean_rad * kRadToDeg;
   json["verdict"] = heading.verdict;
   json["advice"] = heading.advice;
   json["start_time_s"] = flight.problem.t_start_s;
   json["end_time_s"] = flight.problem.t_end_s;
   json["start"] = flight.start;
+  json["start_reason"] = flight.start_reason;
   json["settled"] = heading.settled;
   json["evaluations"] = heading.evaluations;
-  put_scales(json, flight);
+  put_parameters(json, flight, heading);
   json["nis_90"] = heading.nis_90;
   json["gate_scale_position"] = heading.gate_scales.position;
   json["gate_scale_velocity"] = heading.gate_scales.velocity;
   JsonArray modes;
-  for (const HeadingMode& m : heading.modes)
+  for (const HeadingMode& m : heading.modes())
     modes.push_back(JsonObject{{"heading_deg", m.heading_rad * kRadToDeg}, {"mass", m.mass}});
   json["modes"] = modes;
   JsonArray curve;
@@ -121,9 +132,18 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
     curve.push_back(JsonObject{{"heading_deg", p.heading_rad * kRadToDeg},
                                {"heading_std_deg", p.heading_std_rad * kRadToDeg},
                                {"gated", p.gated},
-                               {"cost", p.cost}});
+                               {"cost", p.cost},
+                               {"gnss_latency_s", flight.latency_s + p.parameters.latency_s},
+                               {"imu_noise_scale", flight.imu_noise_scale * p.parameters.imu_noise_scale},
+                               {"gnss_std_scale", flight.gnss_std_scale * p.parameters.gnss_std_scale}});
   }
   json["curve"] = curve;
+  JsonArray density;
+  for (const PosteriorSample& s : heading.posterior.samples) {
+    density.push_back(
+        JsonObject{{"heading_deg", s.heading_rad * kRadToDeg}, {"density_per_deg", std::exp(-s.cost) * kDegToRad}});
+  }
+  json["density"] = density;
   json["warnings"] = run_warnings(flight, heading);
   return dump_json(json) + "\n";
 }
@@ -156,7 +176,7 @@ Json summary(const PreparedFlight& flight, const HeadingResult& heading, const S
   json["nis_90"] = solution.score.nis_90();
   json["log_likelihood"] = -solution.score.negative_log_likelihood;
   json["heading_std_initial_deg"] = solution.heading_std_initial_rad * kRadToDeg;
-  put_scales(json, flight);
+  put_parameters(json, flight, heading);
   const std::vector<NavRow>& rows = trajectory.sample;
   json["median_std_horizontal_m"] =
       median(rows, [](const NavRow& r) { return std::hypot(r.std_p_n_m[0], r.std_p_n_m[1]); });

@@ -19,26 +19,24 @@ Vector3d vector_of(const std::array<double, 3>& numbers) { return Vector3d(numbe
 ImuNoise imu_noise(const Config& config) {
   const ImuConfig& c = config.imu;
   const ImuProfile& p = imu_profile(c.model);
-  const double scale = c.noise_scale.value_or(kUnestimatedScale);
   const double root = std::sqrt(2.0 / c.bias_correlation_time_s);
   ImuNoise n;
-  n.gyro_arw = scale * c.gyro_arw_deg_sqrt_h.value_or(p.gyro_arw_deg_sqrt_h) * kDegPerSqrtHourToRadPerSqrtSecond;
-  n.accel_vrw = scale * c.accel_vrw_mps_sqrt_h.value_or(p.accel_vrw_mps_sqrt_h) * kMpsPerSqrtHourToMpsPerSqrtSecond;
+  n.gyro_arw = c.gyro_arw_deg_sqrt_h.value_or(p.gyro_arw_deg_sqrt_h) * kDegPerSqrtHourToRadPerSqrtSecond;
+  n.accel_vrw = c.accel_vrw_mps_sqrt_h.value_or(p.accel_vrw_mps_sqrt_h) * kMpsPerSqrtHourToMpsPerSqrtSecond;
   n.gyro_bias_rw =
-      scale * root * c.gyro_bias_instability_deg_h.value_or(p.gyro_bias_instability_deg_h) * kDegPerHourToRadPerSecond;
-  n.accel_bias_rw = scale * root * c.accel_bias_instability_ug.value_or(p.accel_bias_instability_ug) * kMicroGToMps2;
+      root * c.gyro_bias_instability_deg_h.value_or(p.gyro_bias_instability_deg_h) * kDegPerHourToRadPerSecond;
+  n.accel_bias_rw = root * c.accel_bias_instability_ug.value_or(p.accel_bias_instability_ug) * kMicroGToMps2;
   n.gyro_gap_rps = c.gap_gyro_std_dps * kDegToRad;
   n.accel_gap_mps2 = c.gap_accel_std_mps2;
-  return n;
+  const double scale = c.noise_scale.value_or(kUnestimatedScale);
+  return scaled(n, scale, scale);
 }
 
 InitialStd initial_std(const Config& config) {
   const ImuProfile& p = imu_profile(config.imu.model);
   const double scale = config.imu.noise_scale.value_or(kUnestimatedScale);
   const double accel_mg = scale * config.imu.accel_bias_turn_on_mg.value_or(p.accel_bias_turn_on_mg);
-  // Levelled by gravity, the tilt is off by the bias of the accelerometers over g.
-  const double tilt = std::max(config.initial.roll_pitch_std_deg * kDegToRad, 1e-3 * accel_mg);
-  return {tilt, config.initial.velocity_std_mps,
+  return {config.initial.roll_pitch_std_deg * kDegToRad, config.initial.velocity_std_mps,
           scale * config.imu.gyro_bias_turn_on_deg_h.value_or(p.gyro_bias_turn_on_deg_h) * kDegPerHourToRadPerSecond,
           accel_mg * kMilliGToMps2};
 }

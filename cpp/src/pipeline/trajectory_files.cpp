@@ -119,7 +119,7 @@ std::vector<CsvColumn> bias_columns() {
 void append_epochs(TrajectoryPart& part, const TrajectoryText& wanted, const PreparedFlight& flight,
                    const std::vector<Epoch>& epochs, bool heading_std) {
   static const std::vector<CsvColumn> csv = trajectory_columns(), biases = bias_columns();
-  const ImuSeries& imu = flight.problem.data.imu;
+  const ImuSeries& imu = flight.data.imu();
   const Matrix3d C_b_r = output_frame(flight.config).C_r_b.transpose();
   std::size_t k = epochs.empty() ? 0 : cursor_at(imu, epochs.front().t_s).k - 1;
   for (const Epoch& epoch : epochs) {

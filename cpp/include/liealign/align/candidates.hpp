@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "liealign/align/initial.hpp"
@@ -9,14 +10,28 @@
 
 namespace liealign {
 
+// What the logs of a flight leave open besides the heading; factors and offsets to what the problem was prepared with.
+struct FlightParameters {
+  double latency_s = 0.0;        // of the GNSS stamps at t_start: t_true = stamp - latency - drift (t - t_start)
+  double clock_drift = 0.0;      // s/s, of the IMU clock against the fixes'
+  double imu_noise_scale = 1.0;  // on every noise of the IMU
+  double accel_noise_scale =
+      1.0;  // on the accelerometers' besides: vibration and scale factors reach the two unequally
+  double gnss_std_scale = 1.0;
+  double velocity_std_scale =
+      1.0;                     // on the velocities' besides: receivers state the two apart, or one of them not at all
+  double turn_on_scale = 1.0;  // on the biases at the start, besides imu_noise_scale
+};
+
 // Everything about a flight that the candidates share.
 struct AlignmentProblem {
-  FlightData data;
+  FlightData data;  // with the fixes that lie inside the scored flight whatever the parameters
   FilterOptions filter;
   RestStatistics rest;
+  std::optional<MotionStatistics> motion;  // of a start in motion, which has no rest
   InitialStd initial;
   double t_begin_s = 0.0;  // rest used for the pre-tuning of tilt and biases begins
-  double t_start_s = 0.0;  // the last instant of rest: candidate headings hold here
+  double t_start_s = 0.0;  // the last instant of rest, or the first in motion: candidate headings hold here
   double t_end_s = 0.0;    // fixes in (t_start_s, t_end_s] are scored
   // From t_begin_s to t_end_s, of preintegrate(); empty: the candidates go sample by sample, 75 times as long at 1 Hz.
   IntervalSeries intervals;
@@ -27,6 +42,13 @@ struct HeadingCandidate {
   double heading_std_rad = 0.0;  // 0: conditional, places the minimum; wide: finds the basin
   bool gated = false;      // else a wrong heading cannot lock out the fixes that show it; the score is bounded anyway
   GateScales gate_scales;  // of the score, and of the filter when gated
+  FlightParameters parameters;
+};
+
+// What one update adds to the cost.
+struct ScoreTerm {
+  double t_s;
+  double cost;
 };
 
 struct CandidateScore {
@@ -35,7 +57,17 @@ struct CandidateScore {
   double nis_90 = 0.0;   // 90 % point of the positions' NIS; 6.25 where the noise model is right
   GateScales gate_scales;
   std::size_t fixes = 0;
+  std::vector<ScoreTerm> terms;
 };
+
+// The fixes as the parameters put and weigh them, merged into events again.
+FlightData with_parameters(const FlightData& data, const FlightParameters& parameters, double t_start_s);
+FilterOptions with_parameters(FilterOptions options, const FlightParameters& parameters);
+InitialStd with_parameters(InitialStd std, const FlightParameters& parameters);
+
+// The belief that a run starts from: at t_begin_s at rest, at t_start_s in motion.
+Belief<LieModel<double>> start_belief(const AlignmentProblem& problem, const InitialStd& initial, double heading_rad,
+                                      double heading_std_rad);
 
 // The IMU of the problem, cut at its events and preintegrated with the biases seen at rest.
 IntervalSeries preintegrate(const AlignmentProblem& problem);

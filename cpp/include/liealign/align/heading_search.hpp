@@ -1,12 +1,17 @@
 // Heading alignment as ask/tell: which candidate filters to run next, and what their scores say.
 //
-//   phi(psi_0) = -log p(y_1:N | psi_0) + wrap(psi_0 - mu)^2 / (2 sigma_psi^2)                   (Eq. 40)
+//   phi(psi_0, theta) = -log p(y_1:N | psi_0, theta) + wrap(psi_0 - mu)^2 / (2 sigma_psi^2) - log p(theta)   (Eq. 40)
 //
-// Wide candidates first: over the whole circle to find the basin, or one at the guess; they also show by how much the fixes
-// disagree with the noise model (gate scales). Then three conditional candidates (heading variance zero) and the successive
-// quadratic fit place the minimum and its sigma: first with filters that use every fix, whatever the heading; then, from
-// there, with the outlier treatment of the final filter, so that a few bad fixes do not decide.
-// Source: TAES IV-E, DRONES (9)-(12), 3.1.
+// theta: what the logs leave open, GNSS latency and noise scales; given ones are not searched. In stages:
+//   scales   rough noise scales, at the headings that the coarse stage names;
+//   circle   wide candidates over the whole circle confirm or find the basins: eight and two harmonics (Eq. 60), or the
+//            whole grid where those do not fit;
+//   open     conditional candidates (heading variance zero) that use every fix, whatever the heading: the successive
+//            quadratic fit, in psi_0 alone or with theta (Eq. 58);
+//   gated    from there, with the outlier treatment of the final filter, so that a few bad fixes do not decide;
+//   theta's fit over, the score's gradient by blocks of the log says whether its curvature can be trusted (Eq. 63);
+//   density  conditional candidates around the minimum and over the circle: interval, modes, mean (Eq. 61).
+// Source: TAES IV-E, DRONES (9)-(12), 3.1, 4.2.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,9 +20,18 @@
 #include <vector>
 
 #include "liealign/align/candidates.hpp"
+#include "liealign/align/heading_posterior.hpp"
 #include "liealign/align/quadratic_fit.hpp"
+#include "liealign/align/surface_search.hpp"
 
 namespace liealign {
+
+// Where the coarse stage sees a heading, and the latency that goes with it.
+struct HeadingSeed {
+  double heading_rad = 0.0;
+  double heading_std_rad = 0.0;
+  double latency_s = 0.0;
+};
 
 struct HeadingSearchOptions {
   std::optional<double> guess_rad;  // prior mean mu of (Eq. 40); without it the prior is flat
@@ -26,8 +40,13 @@ struct HeadingSearchOptions {
   double grid_std_rad = 0.0;  // heading std of a grid candidate
   double triple_step_rad = 0.0;
   double tolerance_rad = 0.0;
-  int max_evaluations = 40;    // conditional candidates
+  int max_evaluations = 40;    // conditional candidates of a fit in psi_0 alone
   double max_sigma_rad = 0.0;  // of the verdict "aligned"
+  std::vector<HeadingSeed> seeds;
+  bool estimate_latency = false;
+  bool estimate_imu_noise = false;
+  bool estimate_gnss_std = false;
+  bool has_velocity = false;  // the fixes: then their velocities have a scale of their own
 };
 
 // One evaluated candidate of the curve.
@@ -36,11 +55,12 @@ struct CurvePoint {
   double heading_std_rad = 0.0;  // 0 = conditional
   double cost = 0.0;             // (Eq. 40); comparable within wide, open and gated candidates
   bool gated = false;
+  FlightParameters parameters;
 };
 
-struct HeadingMode {
-  double heading_rad = 0.0;
-  double mass = 0.0;  // share of the posterior, from the wide candidates
+// One sigma of FlightParameters; absent where they were given.
+struct FlightParametersStd {
+  std::optional<double> latency_s, clock_drift, imu_noise_scale, accel_noise_scale, gnss_std_scale, velocity_std_scale;
 };
 
 struct HeadingResult {
@@ -49,46 +69,91 @@ struct HeadingResult {
   bool settled = false;
   std::string verdict;  // aligned | weak | ambiguous | unobservable
   std::string advice;   // one sentence
-  std::vector<HeadingMode> modes;
+  FlightParameters parameters;
+  FlightParametersStd parameters_std;
+  HeadingPosterior posterior;
+  std::vector<FitPoint> triple;   // the three points of the last parabola: heading [rad] about psi*, cost
   std::vector<CurvePoint> curve;  // every candidate, in order of evaluation
   int evaluations = 0;
   GateScales gate_scales;  // for the final filter
   double nis_90 = 0.0;     // of the best candidate's positions
+
+  const std::vector<HeadingMode>& modes() const { return posterior.modes; }
 };
 
 class HeadingSearch {
  public:
-  explicit HeadingSearch(const HeadingSearchOptions& options) : options_(options) {}
+  explicit HeadingSearch(const HeadingSearchOptions& options);
 
   // Candidates to evaluate next; empty when done.
-  std::vector<HeadingCandidate> ask() const;
+  const std::vector<HeadingCandidate>& ask() const { return asked_; }
 
   // Their scores without prior, in their order.
   void tell(const std::vector<CandidateScore>& scores);
 
-  bool done() const { return stage_ == Stage::gated && conditional_->done(); }
+  bool done() const { return stage_ == Stage::done; }
 
   // Valid when done().
   HeadingResult result() const;
 
  private:
-  enum class Stage { wide, open, gated };
+  enum class Stage { scales, circle, whole_circle, open, gated, density, done };
 
-  void tell_wide(const std::vector<CandidateScore>& scores);
+  struct Basin {
+    double heading_rad, latency_s, cost;
+  };
+
+  // What the fit in one basin has come to.
+  struct Fit {
+    double heading_rad = 0.0;  // not wrapped
+    std::optional<double> sigma_rad;
+    bool settled = false;
+    FlightParameters parameters, slope;  // at psi*, and along the valley per rad of heading
+    FlightParametersStd std;
+    std::vector<FitPoint> triple;
+    double cost = 0.0, log_volume = 0.0;
+    double misfit = 1.0;  // sigmas by blocks of the log over those of the curvature, of the heading
+    CandidateScore best;
+    GateScales gate_scales;  // that were in force
+  };
+
+  bool joint() const { return !variables_.empty(); }
+  void ask_scales();
+  void ask_circle();
+  void ask_whole_circle();
+  void ask_fit();
+  void ask_density();
+  void tell_scales(const std::vector<double>& costs);
+  void tell_circle(const std::vector<double>& costs);
+  void tell_fit(const std::vector<double>& costs, const std::vector<CandidateScore>& scores);
+  void tell_density(const std::vector<double>& costs);
+  void start_fit(double heading_rad, const FlightParameters& parameters);
   void start_gated();
-  double prior(double heading_rad) const;
+  void finish_fit(const std::vector<CandidateScore>& scores);
+  bool joins_a_fit() const;
+  void next_basin();
+  void choose_basins();
+  double cost_of(const HeadingCandidate& candidate, double negative_log_likelihood) const;
+  HeadingCandidate conditional(double heading_rad, const FlightParameters& parameters) const;
+  HeadingCandidate candidate_at(const SurfaceVector& x) const;
+  std::vector<double> circle_latencies() const;
 
   HeadingSearchOptions options_;
-  Stage stage_ = Stage::wide;
-  CandidateScore best_;     // of this stage: the lowest cost
-  GateScales gate_scales_;  // in force in this stage
-  std::vector<HeadingMode> modes_;
+  std::vector<double FlightParameters::*> variables_;  // searched besides the heading
+  Stage stage_ = Stage::circle;
+  std::vector<HeadingCandidate> asked_;
   std::vector<CurvePoint> curve_;
-  std::optional<QuadraticSearch> conditional_;  // in heading, unwrapped about its centre
+  FlightParameters start_;  // noise scales to start from
+  std::vector<Basin> basins_;
+  std::size_t basin_ = 0;
+  GateScales gate_scales_;                // in force in this stage
+  CandidateScore best_;                   // of this fit: the lowest cost
+  FlightParameters base_;                 // of this fit: what its variables are added to
+  std::optional<QuadraticSearch> line_;   // in heading alone, not wrapped
+  std::optional<SurfaceSearch> surface_;  // in heading and variables_
+  std::vector<Fit> fits_;
+  std::size_t best_fit_ = 0;
+  HeadingPosterior posterior_;
 };
-
-// Angle in (-pi, pi] and in [0, 2 pi).
-double wrap_pi(double angle_rad);
-double wrap_2pi(double angle_rad);
 
 }  // namespace liealign

@@ -17,7 +17,7 @@ namespace liealign {
 
 // One sigma, SI.
 struct InitialStd {
-  double roll_pitch_rad = 0.0;
+  double roll_pitch_rad = 0.0;  // at least; levelled by gravity, the tilt is off by accel_bias / g
   double velocity_mps = 0.0;
   double gyro_bias_rps = 0.0;
   double accel_bias_mps2 = 0.0;
@@ -29,6 +29,24 @@ Vector<double, 2> level(const Vector3d& mean_f_ib_b);
 // The belief at rest with a given heading [rad, clockwise from north] and its standard deviation.
 Belief<LieModel<double>> belief_at_rest(const RestStatistics& rest, double heading_rad, double heading_std_rad,
                                         const InitialStd& std, const Vector3d& l_ba_b, GravityModel gravity);
+
+// What a start in motion begins with: velocity and position of the antenna from the fixes, the tilt from the coarse stage.
+struct MotionStatistics {
+  double t_s = 0.0;
+  double roll_rad = 0.0, pitch_rad = 0.0;
+  double tilt_std_rad = 0.0;
+  Vector3d p_ea_e = Vector3d::Zero();
+  double position_std_m = 0.0;
+  Vector3d v_ea_e = Vector3d::Zero();
+  double velocity_std_mps = 0.0;
+  Vector3d b_g_rps = Vector3d::Zero();
+  double gyro_bias_std_rps = 0.0;  // of b_g, where that of InitialStd is larger
+};
+
+// The belief in motion with a given heading and its standard deviation. The velocity does not turn with the heading: it is
+// known from the fixes. phi as in (Eq. 36), nu and rho from the fixes.
+Belief<LieModel<double>> belief_in_motion(const MotionStatistics& motion, double heading_rad, double heading_std_rad,
+                                          const InitialStd& std, const Vector3d& l_ba_b);
 
 // Heading of a state, rad in (-pi, pi].
 double heading_of(const NavState<double>& X);

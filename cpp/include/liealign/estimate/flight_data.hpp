@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "liealign/ins/gnss.hpp"
@@ -27,11 +28,13 @@ struct Event {
 };
 
 struct FlightData {
-  ImuSeries imu;  // prepared; [0] only marks the start
+  std::shared_ptr<const ImuSeries> samples;  // of the IMU, prepared; [0] only marks the start. Copies share the bulk.
   std::vector<GnssFix> fixes;
   std::vector<RestUpdate> rests;
   std::vector<Event> events;  // ascending in time, inside the IMU's span
   Vector3d l_ba_b = Vector3d::Zero();
+
+  const ImuSeries& imu() const { return *samples; }
 };
 
 // Merges fixes and rests that lie in (imu.front, imu.back] into `events`.

@@ -31,9 +31,14 @@ inline FilterOptions with_gates(FilterOptions options, const GateScales& scales)
   return options;
 }
 
-// And with no gate at all.
-inline FilterOptions ungated(FilterOptions options) {
-  options.gate.outliers = options.velocity_gate.outliers = Outliers::off;
+// The same for a filter whose heading is not settled: a fix that it does not expect may be right. None is rejected, and only
+// what lies five times as far as the gates loses weight, lest a gross outlier throws the filter.
+inline FilterOptions opened(FilterOptions options) {
+  constexpr double kOpen = 25.0;
+  options = with_gates(options, {kOpen, kOpen});
+  for (Gate* gate : {&options.gate, &options.velocity_gate}) {
+    if (gate->outliers == Outliers::reject) gate->outliers = Outliers::weight;
+  }
   return options;
 }
 
@@ -196,7 +201,7 @@ void forward_pass(Motion& motion, const FlightData& data, const FilterOptions& o
 template <typename Model, typename Visitor>
 ImuCursor forward_pass(const FlightData& data, const FilterOptions& options, Belief<Model>& belief, ImuCursor cursor,
                        double t_end, Visitor& visitor) {
-  BySamples motion{data.imu, cursor};
+  BySamples motion{data.imu(), cursor};
   forward_pass(motion, data, options, belief, t_end, visitor);
   return motion.at;
 }

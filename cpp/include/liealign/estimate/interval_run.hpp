@@ -43,14 +43,14 @@ bool next_node(const FlightData& data, const FilterOptions& options, RunState& r
   step.pull = {};
   step.from_event = run.at_event;
   const auto inside = [&](std::size_t k, const Preintegrated<double>& pre) { visitor.inside(k, pre); };
-  step.pre = preintegrate_to(step.end_s, data.imu, run.belief.X.second.x, options.dynamics.noise, run.at, inside);
+  step.pre = preintegrate_to(step.end_s, data.imu(), run.belief.X.second.x, options.dynamics.noise, run.at, inside);
   if (step.pre.T > 0.0) {
     step.pull = ekf.predict(run.belief, step.pre, run.belief.X.second.x);
   }
   step.predicted = run.belief;
   run.at_event = step.end_s == event_s;
   if (run.at_event) {
-    update_at_event(ekf, data, options, run.next_event++, omega_at(data.imu, run.at), run.reacquisition, run.belief,
+    update_at_event(ekf, data, options, run.next_event++, omega_at(data.imu(), run.at), run.reacquisition, run.belief,
                     step.predicted.P, visitor);
   }
   return true;

@@ -42,7 +42,7 @@ struct WantedSamples {
 template <typename Visitor>
 ForwardRun run_forward(const FlightData& data, const FilterOptions& options, RunState run, Visitor& visitor) {
   const auto give_node = [&](const ImuCursor& at, const Belief<LieModel<double>>& belief) {
-    if (data.imu[at.k - 1].t_s == at.t_s && visitor.wanted(at.k - 1)) visitor.epoch(at.k - 1, belief);
+    if (data.imu()[at.k - 1].t_s == at.t_s && visitor.wanted(at.k - 1)) visitor.epoch(at.k - 1, belief);
   };
   ForwardRun result;
   IntervalStep step;

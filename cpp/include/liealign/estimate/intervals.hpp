@@ -43,12 +43,14 @@ struct Interval {
   double end_s = 0.0;
   Preintegrated<double> pre;
   Vector3d omega_end = Vector3d::Zero();  // rad/s, of the last sample, as measured
+  bool bridges_gap = false;               // a gap of the log reaches into it
 };
 
 struct IntervalSeries {
   double begin_s = 0.0;
   std::vector<Interval> intervals;                    // one after the other, none longer than a second
   Vector<double, 6> b_0 = Vector<double, 6>::Zero();  // the biases (accelerometer, gyro) the samples were corrected by
+  ImuNoise noise;                                     // that they were gathered with
 };
 
 // Cuts at `stops` (ascending, inside the series; the first is the begin) and, by interval_end, in between. Threads over
@@ -74,6 +76,36 @@ struct ByIntervals {
   }
   Vector3d omega() const { return series.intervals[next - 1].omega_end; }
   ImuCursor cursor() const { return {0, t_s}; }
+};
+
+// The same with another noise: the increments do not depend on it. Only where a gap adds its own are the samples gone
+// through again.
+struct ByRescaledIntervals {
+  ByIntervals as;
+  const ImuSeries& imu;
+  ImuNoise noise;
+
+  template <typename Model, typename Visitor>
+  void move_to(double t_target, const Ekf<Model>& ekf, Belief<Model>& belief, Visitor&) {
+    const ImuNoise& old = as.series.noise;
+    for (; as.next < as.series.intervals.size() && as.series.intervals[as.next].end_s <= t_target; ++as.next) {
+      const Interval& interval = as.series.intervals[as.next];
+      Preintegrated<double> pre;
+      if (interval.bridges_gap) {
+        ImuCursor at = cursor_at(imu, as.t_s);
+        const auto nothing_inside = [](std::size_t, const Preintegrated<double>&) {};
+        pre = preintegrate_to(interval.end_s, imu, as.series.b_0, noise, at, nothing_inside);
+      } else {
+        pre = interval.pre;
+        const WhiteDensity was = white_density(old, 0.0), is = white_density(noise, 0.0);
+        pre.rescale_noise(is.gyro / was.gyro, is.accel / was.accel, was.accel);
+      }
+      ekf.predict(belief, pre, as.series.b_0);
+      as.t_s = interval.end_s;
+    }
+  }
+  Vector3d omega() const { return as.omega(); }
+  ImuCursor cursor() const { return as.cursor(); }
 };
 
 }  // namespace liealign

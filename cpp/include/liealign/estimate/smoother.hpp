@@ -110,13 +110,13 @@ void smooth(const Ekf<Model>& ekf, const FlightData& data, const std::vector<Che
   for (std::size_t i = checkpoints.size(); i-- > 0;) {
     const ImuCursor& at = checkpoints[i].cursor;
     const bool last_at_its_time = i + 1 == checkpoints.size() || checkpoints[i + 1].cursor.t_s != at.t_s;
-    if (last_at_its_time && data.imu[at.k - 1].t_s == at.t_s) emit(at.k - 1, smoothed);
+    if (last_at_its_time && data.imu()[at.k - 1].t_s == at.t_s) emit(at.k - 1, smoothed);
     at_checkpoint(i, smoothed);
     if (i == 0) break;
     if (progress && i % (1 + checkpoints.size() / 100) == 0 && !progress(checkpoints.size() - i, checkpoints.size())) {
       throw Cancelled("cancelled");
     }
-    smoothed = smoother.interval(data.imu, checkpoints[i - 1], at.t_s, checkpoints[i].predicted, smoothed, emit);
+    smoothed = smoother.interval(data.imu(), checkpoints[i - 1], at.t_s, checkpoints[i].predicted, smoothed, emit);
   }
 }
 

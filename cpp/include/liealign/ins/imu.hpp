@@ -34,4 +34,13 @@ struct ImuNoise {
   double accel_gap_mps2 = 0.0;  // m/s^2, unknown specific force inside a gap of the log
 };
 
+// The same with the noises of either sensor times its scale; what a gap of the log hides does not depend on them.
+inline ImuNoise scaled(ImuNoise noise, double gyro_scale, double accel_scale) {
+  noise.gyro_arw *= gyro_scale;
+  noise.gyro_bias_rw *= gyro_scale;
+  noise.accel_vrw *= accel_scale;
+  noise.accel_bias_rw *= accel_scale;
+  return noise;
+}
+
 }  // namespace liealign

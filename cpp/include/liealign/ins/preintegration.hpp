@@ -73,6 +73,19 @@ struct Preintegrated {
     T += u.dt;
   }
 
+  // Q for white noises whose variances are `gyro` and `accel` times those it was gathered with, of which the accelerometers'
+  // was density_a [(m/s^2)^2 s]: theirs alone is that of (nu, rho) after a white force,
+  // density_a [T, T^2/2; T^2/2, T^3/3] along each axis, up to (dt/T)^2 / 4 of the last.
+  void rescale_noise(double gyro, double accel, double density_a) {
+    constexpr int kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
+    Q *= Scalar(gyro);
+    const double force = (accel - gyro) * density_a * T;
+    Q.template block<3, 3>(kNu, kNu).diagonal().array() += Scalar(force);
+    Q.template block<3, 3>(kNu, kRho).diagonal().array() += Scalar(force * T / 2.0);
+    Q.template block<3, 3>(kRho, kNu).diagonal().array() += Scalar(force * T / 2.0);
+    Q.template block<3, 3>(kRho, kRho).diagonal().array() += Scalar(force * T * T / 3.0);
+  }
+
  private:
   // hat(x) M.
   static Matrix3<Scalar> cross_rows(const Vector3<Scalar>& x, const Matrix3<Scalar>& M) {

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "liealign/align/candidates.hpp"
+#include "liealign/align/coarse.hpp"
+#include "liealign/align/heading_search.hpp"
 #include "liealign/ins/prepare_imu.hpp"
 #include "liealign/pipeline/config.hpp"
 
@@ -27,7 +29,8 @@ enum class RecordUse { update, averaged_at_rest, quality_not_accepted, outside_i
 
 struct PreparedFlight {
   Config config;
-  AlignmentProblem problem;       // with the filter options of the candidates
+  FlightData data;                // of the final run
+  AlignmentProblem problem;       // with the fixes and the filter options of the candidates
   FilterOptions filter;           // of the final run
   std::vector<RestPeriod> rests;  // all that were found; the first and the last give updates
   std::vector<ImuGap> gaps;
@@ -36,15 +39,20 @@ struct PreparedFlight {
   std::vector<Vector3d> record_p_ea_e;  // per GNSS record: the antenna as measured, m
   double t_begin_s = 0.0;               // the run begins: start of the initial rest
   double imu_rate_hz = 0.0;
-  double latency_s = 0.0;
+  double latency_s = 0.0;  // that the fixes have been shifted by: as given, or of the coarse stage
   double imu_noise_scale = 1.0;
   double gnss_std_scale = 1.0;
-  std::string start = "static";  // how the run starts
+  std::string start = "static";  // how the run starts: static or moving
+  std::string start_reason;      // why, one sentence
+  CoarseAlignment coarse;
   std::vector<std::string> warnings;
 };
 
-// Throws InputError when IMU and GNSS do not overlap or the flight does not begin at rest, ConfigError as above.
+// Throws InputError when IMU and GNSS do not overlap or a start at rest is wanted where there is none, ConfigError as above.
 // A flight that is moved in gives its IMU series, which is the bulk of it: prepare_flight(read_flight(config)) copies none.
 PreparedFlight prepare_flight(Flight flight);
+
+// The options that the keys of [align], "auto" and the coarse stage stand for.
+HeadingSearchOptions heading_search_options(const PreparedFlight& flight);
 
 }  // namespace liealign

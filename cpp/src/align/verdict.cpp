@@ -1,0 +1,38 @@
+// The verdict.
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/align/verdict.hpp"
+
+#include <cmath>
+
+#include "liealign/core/units.hpp"
+
+namespace liealign {
+
+void judge(HeadingResult& r, std::size_t fixes, const HeadingSearchOptions& options) {
+  constexpr double kSecondModeMass = 0.01;
+  // What the flight itself says: a typed-in guess is not counted for the verdict.
+  double information = r.sigma_rad ? 1.0 / (*r.sigma_rad * *r.sigma_rad) : 0.0;
+  if (options.guess_rad) information -= 1.0 / (options.guess_std_rad * options.guess_std_rad);
+  if (fixes == 0) information = 0.0;
+  const double data_sigma = information > 0.0 ? 1.0 / std::sqrt(information) : 2.0 * kPi;
+  constexpr double kInterval = 2.0 * 1.959963984540054;  // width of the 95 % interval in sigma
+  const double interval = options.guess_rad ? kInterval * data_sigma : r.posterior.high_rad - r.posterior.low_rad;
+  if (fixes == 0 || interval > kPi) {
+    r.sigma_rad.reset();
+    r.verdict = "unobservable";
+    r.advice =
+        "the flight holds no horizontal acceleration that would show the heading; fly straight legs with quick starts "
+        "and stops";
+  } else if (r.posterior.modes.size() > 1 && r.posterior.modes[1].mass > kSecondModeMass) {
+    r.verdict = "ambiguous";
+    r.advice = "more than one heading explains the flight; accelerate in two different horizontal directions";
+  } else if (data_sigma <= options.max_sigma_rad && r.settled) {
+    r.verdict = "aligned";
+    r.advice = "the heading is determined by the flight";
+  } else {
+    r.verdict = "weak";
+    r.advice = "the heading is only roughly determined; longer or quicker horizontal accelerations sharpen it";
+  }
+}
+
+}  // namespace liealign
