@@ -1,6 +1,7 @@
 // Floors 4 and 6: simulated flights. Their parameters are keyword arguments named as the fields.
 // SPDX-License-Identifier: Apache-2.0
 #include "floors.hpp"
+#include "liealign/align/heading_search.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/estimate/solution.hpp"
 #include "liealign/pipeline/simulated_flight.hpp"
@@ -47,9 +48,14 @@ py::dict truth_columns(const Truth& truth) {
 
 void bind_drone(py::module_& m) {
   using D = DroneFlight;
-  py::class_<D>(m, "DroneFlight",
-                "A multirotor survey flight: parked, take-off, lines flown crabwise, circles, landing, parked.")
+  py::class_<D>(
+      m, "DroneFlight",
+      "A multirotor flight: parked, take-off, what its kind says, landing, parked.\n\n"
+      "Kinds: survey (lines flown crabwise, then circles), lines, circles, helical, rectangular, hover, parked.")
       .def(py::init(&from_keywords<D>))
+      .def_property(
+          "kind", [](const D& d) { return flight_kind_name(d.kind); },
+          [](D& d, const std::string& name) { d.kind = flight_kind(name); })
       .def_readwrite("lat_deg", &D::lat_deg)
       .def_readwrite("lon_deg", &D::lon_deg)
       .def_readwrite("height_m", &D::height_m)
@@ -66,11 +72,18 @@ void bind_drone(py::module_& m) {
       .def_readwrite("climb_mps", &D::climb_mps)
       .def_readwrite("descent_mps", &D::descent_mps)
       .def_readwrite("altitude_m", &D::altitude_m)
+      .def_readwrite("acceleration_mps2", &D::acceleration_mps2)
       .def_readwrite("line_bearing_deg", &D::line_bearing_deg)
       .def_readwrite("line_length_m", &D::line_length_m)
       .def_readwrite("line_spacing_m", &D::line_spacing_m)
       .def_readwrite("crab_deg", &D::crab_deg)
+      .def_readwrite("circle_radius_m", &D::circle_radius_m)
+      .def_readwrite("helix_climb_mps", &D::helix_climb_mps)
+      .def_readwrite("clockwise", &D::clockwise)
+      .def_readwrite("nose_follows", &D::nose_follows)
       .def_readwrite("drag_per_s", &D::drag_per_s)
+      .def_readwrite("wind_mps", &D::wind_mps)
+      .def_readwrite("wind_from_deg", &D::wind_from_deg)
       .def_readwrite("gust_mps2", &D::gust_mps2)
       .def_readwrite("attitude_wobble_deg", &D::attitude_wobble_deg)
       .def_readwrite("max_tilt_deg", &D::max_tilt_deg)
@@ -94,8 +107,24 @@ void bind_simulate(py::module_& m) {
       .def_readwrite("outlier_probability", &G::outlier_probability)
       .def_readwrite("outlier_m", &G::outlier_m);
 
+  using I = ImuErrorSizes;
+  py::class_<I>(m, "ImuErrorSizes", "Turn-on biases on each axis (sign by the seed), and a factor on the noise.")
+      .def(py::init(&from_keywords<I>))
+      .def_readwrite("gyro_turn_on_deg_h", &I::gyro_turn_on_deg_h)
+      .def_readwrite("accel_turn_on_ug", &I::accel_turn_on_ug)
+      .def_readwrite("noise_scale", &I::noise_scale);
+
   py::class_<SimulatedFlight>(m, "SimulatedFlight", "A flight and its truth.")
       .def_readonly("flight", &SimulatedFlight::flight)
+      .def("between", &between, py::arg("begin_s"), py::arg("end_s"),
+           "Of the same recording, samples, fixes and truth with stamps from begin_s to end_s.\n\n"
+           "Raises Error when nothing is left.")
+      .def(
+          "heading_deg_at",
+          [](const SimulatedFlight& s, double t_s) {
+            return wrap_2pi(heading_of(NavState<double>{truth_at(s.truth, t_s), {}})) * kRadToDeg;
+          },
+          py::arg("t_s"), "True heading [deg], [0, 360), at a time within the truth.\n\nRaises Error outside it.")
       .def(
           "truth", [](const SimulatedFlight& s) { return truth_columns(s.truth); },
           "Arrays by name at the IMU stamps: time_s, lat_deg, lon_deg, height_m (n,); v_n_mps, rpy_deg, p_eb_e_m, "
@@ -103,10 +132,19 @@ void bind_simulate(py::module_& m) {
           "C_b_e (n, 3, 3).");
 
   m.def(
-      "simulate_flight", &simulate_flight, py::arg("drone"), py::arg("gnss"), py::arg("config"), py::arg("seed"),
-      py::call_guard<py::gil_scoped_release>(),
-      "IMU noise of the profile in `config`, drifting biases around a turn-on value (TAES table I), GNSS as given.\n\n"
-      "Raises Error for a field out of range or a duration too short for a flight.");
+      "random_flight",
+      [](const std::string& kind, bool gentle, std::uint64_t seed) {
+        return random_flight(flight_kind(kind), gentle, seed);
+      },
+      py::arg("kind"), py::kw_only(), py::arg("gentle") = false, py::arg("seed"),
+      "A DroneFlight of that kind with its place, headings, speeds and sizes drawn by the seed.\n\n"
+      "5 m/s are reached within 20 s of the take-off; a gentle one accelerates by 0.1 to 0.3 m/s^2 at most. Hover and\n"
+      "parked show nothing of the heading. Raises Error for a kind that is none.");
+  m.def("simulate_flight", &simulate_flight, py::arg("drone"), py::arg("gnss"), py::arg("config"), py::arg("seed"),
+        py::arg("imu") = ImuErrorSizes{}, py::call_guard<py::gil_scoped_release>(),
+        "IMU noise of the profile in `config`, drifting biases around the turn-on values (TAES table I), GNSS as "
+        "given.\n\n"
+        "Raises Error for a field out of range or a duration too short for a flight.");
   m.def("write_flight", &write_flight, py::arg("folder"), py::arg("simulated"),
         py::call_guard<py::gil_scoped_release>(),
         "Writes imu.csv, gnss.csv, truth.csv and FLIGHT.toml into the folder, which is made if need be.");

@@ -283,6 +283,7 @@ def write_results(
 ) -> None: ...
 
 class DroneFlight:
+    kind: str
     lat_deg: float
     lon_deg: float
     height_m: float
@@ -299,11 +300,18 @@ class DroneFlight:
     climb_mps: float
     descent_mps: float
     altitude_m: float
+    acceleration_mps2: float
     line_bearing_deg: float
     line_length_m: float
     line_spacing_m: float
     crab_deg: float
+    circle_radius_m: float
+    helix_climb_mps: float
+    clockwise: bool
+    nose_follows: float
     drag_per_s: float
+    wind_mps: float
+    wind_from_deg: float
     gust_mps2: float
     attitude_wobble_deg: float
     max_tilt_deg: float
@@ -311,6 +319,7 @@ class DroneFlight:
     def __init__(
         self,
         *,
+        kind: str = ...,
         lat_deg: float = ...,
         lon_deg: float = ...,
         height_m: float = ...,
@@ -327,11 +336,18 @@ class DroneFlight:
         climb_mps: float = ...,
         descent_mps: float = ...,
         altitude_m: float = ...,
+        acceleration_mps2: float = ...,
         line_bearing_deg: float = ...,
         line_length_m: float = ...,
         line_spacing_m: float = ...,
         crab_deg: float = ...,
+        circle_radius_m: float = ...,
+        helix_climb_mps: float = ...,
+        clockwise: bool = ...,
+        nose_follows: float = ...,
         drag_per_s: float = ...,
+        wind_mps: float = ...,
+        wind_from_deg: float = ...,
         gust_mps2: float = ...,
         attitude_wobble_deg: float = ...,
         max_tilt_deg: float = ...,
@@ -371,10 +387,23 @@ class TruthColumns(TypedDict):
     v_eb_e_mps: Array
     C_b_e: Array
 
+class ImuErrorSizes:
+    gyro_turn_on_deg_h: float
+    accel_turn_on_ug: float
+    noise_scale: float
+    def __init__(
+        self, *, gyro_turn_on_deg_h: float = ..., accel_turn_on_ug: float = ..., noise_scale: float = ...
+    ) -> None: ...
+
 class SimulatedFlight:
     @property
     def flight(self) -> Flight: ...
+    def between(self, begin_s: float, end_s: float) -> SimulatedFlight: ...
+    def heading_deg_at(self, t_s: float) -> float: ...
     def truth(self) -> TruthColumns: ...
 
-def simulate_flight(drone: DroneFlight, gnss: GnssErrors, config: Config, seed: int) -> SimulatedFlight: ...
+def random_flight(kind: str, *, gentle: bool = False, seed: int) -> DroneFlight: ...
+def simulate_flight(
+    drone: DroneFlight, gnss: GnssErrors, config: Config, seed: int, imu: ImuErrorSizes = ...
+) -> SimulatedFlight: ...
 def write_flight(folder: str, simulated: SimulatedFlight) -> None: ...

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/pipeline/simulated_flight.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -17,10 +18,7 @@
 namespace liealign {
 namespace {
 
-// TAES table I: beta_g, beta_a.
-constexpr double kGyroTurnOn_deg_h = 10.0, kAccelTurnOn_ug = 500.0;
-
-ImuErrors table_1_errors(const Config& config, Random& random) {
+ImuErrors imu_errors(const Config& config, const ImuErrorSizes& sizes, Random& random) {
   const ImuProfile& p = imu_profile(config.imu.model);
   ImuErrors e;
   e.noise = imu_noise(config);
@@ -29,9 +27,13 @@ ImuErrors table_1_errors(const Config& config, Random& random) {
       config.imu.gyro_bias_instability_deg_h.value_or(p.gyro_bias_instability_deg_h) * kDegPerHourToRadPerSecond;
   e.accel_bias_sigma = config.imu.accel_bias_instability_ug.value_or(p.accel_bias_instability_ug) * kMicroGToMps2;
   e.bias_correlation_time_s = config.imu.bias_correlation_time_s;
+  e.gyro_bias_sigma *= sizes.noise_scale;
+  e.accel_bias_sigma *= sizes.noise_scale;
+  for (double* density : {&e.noise.gyro_arw, &e.noise.accel_vrw, &e.noise.gyro_bias_rw, &e.noise.accel_bias_rw})
+    *density *= sizes.noise_scale;
   const auto sign = [&] { return random.uniform() < 0.5 ? -1.0 : 1.0; };
-  for (int i = 0; i < 3; ++i) e.b_g_turn_on[i] = sign() * kGyroTurnOn_deg_h * kDegPerHourToRadPerSecond;
-  for (int i = 0; i < 3; ++i) e.b_a_turn_on[i] = sign() * kAccelTurnOn_ug * kMicroGToMps2;
+  for (int i = 0; i < 3; ++i) e.b_g_turn_on[i] = sign() * sizes.gyro_turn_on_deg_h * kDegPerHourToRadPerSecond;
+  for (int i = 0; i < 3; ++i) e.b_a_turn_on[i] = sign() * sizes.accel_turn_on_ug * kMicroGToMps2;
   return e;
 }
 
@@ -106,15 +108,30 @@ void write_truth(const std::string& path, const Truth& truth) {
 }  // namespace
 
 SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config,
-                                std::uint64_t seed) {
+                                std::uint64_t seed, const ImuErrorSizes& imu) {
   SimulatedFlight out;
   out.truth = drone_truth(drone, Mechanization::exact, GravityModel::normal);
   Random random(seed, 7);
-  out.flight.imu = add_imu_errors(out.truth.imu, table_1_errors(config, random), seed).log;
+  out.flight.imu = add_imu_errors(out.truth.imu, imu_errors(config, imu, random), seed).log;
   out.flight.gnss = simulate_gnss(out.truth, gnss, seed);
   out.flight.config = config;
   out.flight.config.gnss.lever_arm_b_m = {gnss.l_ba_b.x(), gnss.l_ba_b.y(), gnss.l_ba_b.z()};
   return out;
+}
+
+SimulatedFlight between(SimulatedFlight simulated, double begin_s, double end_s) {
+  const auto keep = [&](auto& series) {
+    const auto outside = [&](const auto& row) { return row.t_s < begin_s || row.t_s > end_s; };
+    series.erase(std::remove_if(series.begin(), series.end(), outside), series.end());
+  };
+  keep(simulated.flight.imu);
+  keep(simulated.flight.gnss);
+  keep(simulated.truth.imu);
+  keep(simulated.truth.epochs);
+  if (simulated.flight.imu.size() < 2)
+    throw Error("simulated flight: nothing of it lies between " + std::to_string(begin_s) + " s and " +
+                std::to_string(end_s) + " s");
+  return simulated;
 }
 
 void write_flight(const std::string& folder, const SimulatedFlight& simulated) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "flight_plan.hpp"
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
@@ -13,134 +14,9 @@
 namespace liealign {
 namespace {
 
-constexpr double kPeakAcceleration = 4.0;                   // m/s^2, of the commanded motion on the straight
-constexpr double kCircleAcceleration = 2.5;                 // m/s^2
 constexpr double kMaxFineSteps = 2e7;                       // some GB; beyond, a slip of the pen
 constexpr std::size_t kMargin = 3;                          // samples of rest that two central differences need
 enum WindStream : std::uint64_t { kGusts = 101, kWobble };  // those of the sensors are in sensors.cpp
-
-// Commanded velocity (NED of the pad) turning at course_rate, and the rate of the heading.
-struct Leg {
-  std::size_t samples = 0;
-  Vector3d v_n = Vector3d::Zero();
-  double course_rate = 0.0;
-  double yaw_rate = 0.0;
-};
-
-struct Plan {
-  double dt = 0.0;
-  std::vector<Leg> legs;
-  Vector3d position = Vector3d::Zero();  // at the end of the last leg
-  double heading = 0.0;
-  std::size_t spare_leg = 0;  // the hover that takes the time left over
-
-  std::size_t samples() const {
-    std::size_t sum = 0;
-    for (const Leg& leg : legs) sum += leg.samples;
-    return sum;
-  }
-};
-
-// How much of the flight is flown, from all of it to the least.
-struct Extent {
-  int min_lines;
-  double line_scale;
-  int circles;
-  double hover_s;
-  double transit_m;
-};
-constexpr std::array<Extent, 5> kExtents = {{{4, 1.0, 2, 10.0, 40.0},
-                                             {2, 1.0, 1, 8.0, 30.0},
-                                             {2, 1.0, 0, 5.0, 15.0},
-                                             {2, 0.5, 0, 3.0, 10.0},
-                                             {1, 0.25, 0, 1.0, 0.0}}};
-
-Vector3d direction(double course) { return {std::cos(course), std::sin(course), 0.0}; }
-
-double shortest_turn(double from, double to) { return std::remainder(to - from, 2.0 * kPi); }
-
-void fly_to(Plan& plan, const Vector3d& target, double speed, double turn = 0.0) {
-  const Vector3d way = target - plan.position;
-  const auto samples = static_cast<std::size_t>(std::ceil(way.norm() / (speed * plan.dt) - 1e-9));
-  if (samples == 0) return;
-  const double duration = static_cast<double>(samples) * plan.dt;
-  plan.legs.push_back({samples, way / duration, 0.0, turn / duration});
-  plan.position = target;
-  plan.heading += turn;
-}
-
-void hover(Plan& plan, double duration, double turn = 0.0) {
-  const auto samples = std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(duration / plan.dt)));
-  plan.legs.push_back({samples, Vector3d::Zero(), 0.0, turn / (static_cast<double>(samples) * plan.dt)});
-  plan.heading += turn;
-}
-
-// One full circle, turning to the side of `sign`; the heading turns by `turn` meanwhile.
-void circle(Plan& plan, const Vector3d& v_n, double sign, double turn) {
-  const double speed = v_n.head<2>().norm();
-  const double radius = std::max(12.0, speed * speed / kCircleAcceleration);
-  const auto samples = static_cast<std::size_t>(std::ceil(2.0 * kPi * radius / (speed * plan.dt)));
-  const double duration = static_cast<double>(samples) * plan.dt;
-  plan.legs.push_back({samples, v_n, sign * 2.0 * kPi / duration, turn / duration});
-  plan.position.z() += v_n.z() * duration;
-  plan.heading += turn;
-}
-
-// Lines back and forth. The heading is kept for two lines, nose crab_deg right of the bearing; then as much left of it.
-void survey(Plan& plan, const DroneFlight& f, double length, int lines) {
-  const double bearing = f.line_bearing_deg * kDegToRad, crab = f.crab_deg * kDegToRad;
-  const double turn_to_first = shortest_turn(plan.heading, bearing + crab);
-  hover(plan, std::max(2.0, std::abs(turn_to_first) / (45.0 * kDegToRad)), turn_to_first);
-  for (int i = 0; i < lines; ++i) {
-    const double back_and_forth = i % 2 == 0 ? 1.0 : -1.0;
-    fly_to(plan, plan.position + back_and_forth * length * direction(bearing), f.speed_mps);
-    if (i + 1 == lines) break;
-    const double nose = (i + 1) % 4 < 2 ? bearing + crab : bearing - crab;
-    fly_to(plan, plan.position + f.line_spacing_m * direction(bearing + 0.5 * kPi), f.speed_mps,
-           shortest_turn(plan.heading, nose));
-  }
-}
-
-Plan make_plan(const DroneFlight& f, const Extent& extent, int lines, double dt) {
-  const double bearing = f.line_bearing_deg * kDegToRad;
-  Plan plan;
-  plan.dt = dt;
-  plan.heading = f.heading_deg * kDegToRad;
-  fly_to(plan, Vector3d(0.0, 0.0, -f.altitude_m), f.climb_mps);
-  hover(plan, 2.0);
-  fly_to(plan, plan.position + extent.transit_m * direction(bearing - kPi / 3.0), f.speed_mps);
-  survey(plan, f, extent.line_scale * f.line_length_m, lines);
-  hover(plan, extent.hover_s);
-  // A helix up with the nose fixed against the course, then one down to the other side with the nose lagging behind.
-  const Vector3d v_n = f.speed_mps * direction(bearing) - Vector3d(0.0, 0.0, 0.5);
-  if (extent.circles > 0) circle(plan, v_n, 1.0, 2.0 * kPi);
-  if (extent.circles > 1) circle(plan, v_n + Vector3d(0.0, 0.0, 1.0), -1.0, -kPi);
-  plan.spare_leg = plan.legs.size();
-  hover(plan, 1.0);
-  fly_to(plan, Vector3d(0.0, 0.0, plan.position.z()), f.speed_mps);
-  fly_to(plan, Vector3d::Zero(), f.descent_mps, shortest_turn(plan.heading, f.heading_deg * kDegToRad));
-  return plan;
-}
-
-// The fullest flight that takes no more than `available` samples, its spare time spent hovering.
-Plan fit_plan(const DroneFlight& f, double dt, double available) {
-  for (const Extent& extent : kExtents) {
-    int lines = extent.min_lines;
-    Plan plan = make_plan(f, extent, lines, dt);
-    if (static_cast<double>(plan.samples()) > available) continue;
-    while (true) {
-      Plan longer = make_plan(f, extent, ++lines, dt);
-      if (static_cast<double>(longer.samples()) > available) break;
-      plan = std::move(longer);
-    }
-    plan.legs[plan.spare_leg].samples += static_cast<std::size_t>(available) - plan.samples();
-    return plan;
-  }
-  const double least = static_cast<double>(make_plan(f, kExtents.back(), 1, dt).samples());
-  throw Error("drone flight: duration_s is " + std::to_string(f.duration_s) + "; expected at least " +
-              std::to_string(std::ceil(f.duration_s + (least - available) * dt)) +
-              " with these parked phases, altitude and speeds; lengthen duration_s or shorten the parked phases");
-}
 
 // v_N, v_E, v_D, heading rate, and 1 while airborne.
 using Channels = Vector<double, 5>;
@@ -210,7 +86,7 @@ void add_gusts(std::vector<Channels>& x, const DroneFlight& f, double dt) {
   }
 }
 
-// Roll and pitch of (Eq. 44), rad, for the specific force f = a + c v - g in NED and a heading.
+// Roll and pitch of (Eq. 44), rad, for the specific force a + c (v - w) - g in NED and a heading.
 Vector3d thrust_attitude(const Vector3d& f_n, double heading) {
   const double c = std::cos(heading), s = std::sin(heading);
   const double forward = c * f_n.x() + s * f_n.y(), right = c * f_n.y() - s * f_n.x();
@@ -220,7 +96,7 @@ Vector3d thrust_attitude(const Vector3d& f_n, double heading) {
 [[noreturn]] void refuse_tilt(double t, double cos_tilt, double max_tilt_deg) {
   throw Error("drone flight: tilt " + std::to_string(t) + " s after the start is " +
               std::to_string(std::acos(cos_tilt) * kRadToDeg) + " deg; expected at most max_tilt_deg = " +
-              std::to_string(max_tilt_deg) + "; lower speed_mps, gust_mps2 or drag_per_s");
+              std::to_string(max_tilt_deg) + "; lower speed_mps, wind_mps, gust_mps2 or drag_per_s");
 }
 
 // Position by integration, attitude by (Eq. 44), at every fine step.
@@ -235,6 +111,7 @@ std::vector<TruthEpoch> fly(const std::vector<Channels>& x, const DroneFlight& f
   const double min_cos_tilt = std::cos(f.max_tilt_deg * kDegToRad);
   std::vector<TruthEpoch> epochs(x.size());
   Vector3d p_n = Vector3d::Zero();
+  const Vector3d wind_n = -f.wind_mps * direction(f.wind_from_deg * kDegToRad);
   double heading = f.heading_deg * kDegToRad;
   for (std::size_t k = 0; k < x.size(); ++k) {
     const Channels& before = x[k == 0 ? 0 : k - 1];
@@ -246,7 +123,7 @@ std::vector<TruthEpoch> fly(const std::vector<Channels>& x, const DroneFlight& f
     const double t = static_cast<double>(k) * dt, airborne = x[k][4];
     const Vector3d v_n = x[k].head<3>();
     const Vector3d a_n = (after - before).head<3>() / (2.0 * dt);
-    Vector3d rpy = thrust_attitude(a_n + f.drag_per_s * v_n - g_n, heading);
+    Vector3d rpy = thrust_attitude(a_n + f.drag_per_s * (v_n - airborne * wind_n) - g_n, heading);
     rpy += airborne * Vector3d(wobble[0](t), wobble[1](t), wobble[2](t)) + (1.0 - airborne) * parked;
     const Matrix3d C_b_n = C_b_n_from_rpy(rpy);
     if (C_b_n(2, 2) < min_cos_tilt) refuse_tilt(t, C_b_n(2, 2), f.max_tilt_deg);
@@ -278,16 +155,22 @@ void check(const DroneFlight& f) {
   finite("heading_deg", f.heading_deg);
   finite("line_bearing_deg", f.line_bearing_deg);
   finite("crab_deg", f.crab_deg);
+  finite("nose_follows", f.nose_follows);
+  finite("wind_from_deg", f.wind_from_deg);
+  finite("helix_climb_mps", f.helix_climb_mps);
   positive("rate_hz", f.rate_hz);
   positive("duration_s", f.duration_s);
   positive("speed_mps", f.speed_mps);
   positive("climb_mps", f.climb_mps);
   positive("descent_mps", f.descent_mps);
   positive("altitude_m", f.altitude_m);
+  positive("acceleration_mps2", f.acceleration_mps2);
   positive("line_length_m", f.line_length_m);
   positive("line_spacing_m", f.line_spacing_m);
   not_negative("parked_before_s", f.parked_before_s);
   not_negative("parked_after_s", f.parked_after_s);
+  not_negative("circle_radius_m", f.circle_radius_m);
+  not_negative("wind_mps", f.wind_mps);
   not_negative("drag_per_s", f.drag_per_s);
   not_negative("gust_mps2", f.gust_mps2);
   not_negative("attitude_wobble_deg", f.attitude_wobble_deg);
@@ -312,8 +195,8 @@ std::vector<TruthEpoch> drone_reference(const DroneFlight& flight) {
   double settle = 0.0;  // samples until a command has gone through
   for (std::size_t i = 0; i < windows.size(); ++i) {
     constexpr std::array<double, 3> kShare = {1.0, 0.6, 0.4};
-    windows[i] =
-        std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(kShare[i] * dv / (kPeakAcceleration * dt))));
+    windows[i] = std::max<std::size_t>(
+        1, static_cast<std::size_t>(std::llround(kShare[i] * dv / (flight.acceleration_mps2 * dt))));
     settle += static_cast<double>(windows[i]);
   }
   const std::size_t last = steps(flight.duration_s), begin = steps(flight.parked_before_s) + kMargin;

@@ -1,4 +1,4 @@
-"""The flags of `liealign simulate` that stand for fields of DroneFlight and GnssErrors: one table."""
+"""The flags of `liealign simulate` that stand for fields of the simulator: one table."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Annotated, Any, Concatenate, NamedTuple, ParamSpec
 import numpy as np
 import typer
 
-from liealign._core import DroneFlight, GnssErrors, InputError
+from liealign._core import DroneFlight, GnssErrors, ImuErrorSizes, InputError
 from liealign.cli.flags import keyword, with_parameters
 
 P = ParamSpec("P")
@@ -20,10 +20,10 @@ LEVER_ARM = "0.1 -0.05 -0.3"
 
 
 class Knob(NamedTuple):
-    """A flag, the field of DroneFlight or GnssErrors that it sets, and what it may be."""
+    """A flag, the field that it sets and whose it is, and what it may be."""
 
     name: str
-    owner: type[DroneFlight] | type[GnssErrors]
+    owner: type[DroneFlight] | type[GnssErrors] | type[ImuErrorSizes]
     field: str
     shown: str
     unit: str
@@ -75,7 +75,7 @@ class Knob(NamedTuple):
         return values[0] if self.words == 1 else values
 
 
-_D, _G = DroneFlight, GnssErrors
+_D, _G, _I = DroneFlight, GnssErrors, ImuErrorSizes
 KNOBS = (
     Knob("--duration", _D, "duration_s", "S", "s", "Whole flight, parked phases included", 1, 7200),
     Knob("--parked-before", _D, "parked_before_s", "S", "s", "Rest before the take-off", 0, 3600),
@@ -84,12 +84,19 @@ KNOBS = (
     Knob("--heading", _D, "heading_deg", "DEG", "deg", "Heading while parked", -360, 360),
     Knob("--altitude", _D, "altitude_m", "M", "m", "Height of flight above the pad", 1, 1000),
     Knob("--speed", _D, "speed_mps", "MPS", "m/s", "Horizontal speed", 0.5, 30),
+    Knob("--acceleration", _D, "acceleration_mps2", "MPS2", "m/s^2", "Its peak on the straight", 0.05, 10),
     Knob("--climb", _D, "climb_mps", "MPS", "m/s", "Speed of the climb", 0.1, 20),
     Knob("--descent", _D, "descent_mps", "MPS", "m/s", "Speed of the descent", 0.1, 20),
     Knob("--line-bearing", _D, "line_bearing_deg", "DEG", "deg", "Bearing of the survey lines", -360, 360),
     Knob("--line-length", _D, "line_length_m", "M", "m", "Length of a line", 5, 10000),
     Knob("--line-spacing", _D, "line_spacing_m", "M", "m", "Distance of the lines", 1, 1000),
     Knob("--crab", _D, "crab_deg", "DEG", "deg", "Nose against the bearing of the lines", -180, 180),
+    Knob(
+        "--circle-radius", _D, "circle_radius_m", "M", "m", "Radius; 0 = as fits the acceleration", 0, 10000
+    ),
+    Knob("--nose-follows", _D, "nose_follows", "P", "", "Share of a course's turn the nose takes", -10, 10),
+    Knob("--wind", _D, "wind_mps", "MPS", "m/s", "Steady wind", 0, 30),
+    Knob("--wind-from", _D, "wind_from_deg", "DEG", "deg", "Where it comes from", -360, 360),
     Knob("--gusts", _D, "gust_mps2", "MPS2", "m/s^2", "Rms acceleration by gusts", 0, 5),
     Knob("--wobble", _D, "attitude_wobble_deg", "DEG", "deg", "Rms wobble of roll and pitch", 0, 10),
     Knob("--lat", _D, "lat_deg", "DEG", "deg", "Latitude of the pad", -89, 89),
@@ -105,6 +112,9 @@ KNOBS = (
     ),
     Knob("--outliers", _G, "outlier_probability", "P", "", "Share of fixes that are wrong", 0, 1),
     Knob("--outlier-size", _G, "outlier_m", "M", "m", "By how much those are wrong", 0, 10000),
+    Knob("--accel-bias", _I, "accel_turn_on_ug", "UG", "ug", "Accelerometer bias, each axis", 0, 1e6),
+    Knob("--gyro-bias", _I, "gyro_turn_on_deg_h", "DPH", "deg/h", "Gyro bias, each axis", 0, 1e6),
+    Knob("--noise-scale", _I, "noise_scale", "X", "", "IMU noise over that of the profile", 0, 1000),
     Knob(
         *("--lever-arm", _G, "l_ba_b", "X Y Z", "m", "IMU to antenna: forward, right, down"),
         *(-100, 100, 3, LEVER_ARM),

@@ -12,7 +12,7 @@ import typer
 
 import liealign
 from liealign import _core, console
-from liealign._core import DroneFlight, Error, GnssErrors, InputError, SimulatedFlight
+from liealign._core import DroneFlight, Error, GnssErrors, ImuErrorSizes, InputError, SimulatedFlight
 from liealign.cli.knobs import fields_of, in_flags, takes_knobs
 from liealign.cli.run import Quiet
 from liealign.cli.work import check_folder, exit_codes, run_to_folder
@@ -46,7 +46,13 @@ def check_target(folder: Path) -> None:
 
 
 def make_flight(
-    drone: DroneFlight, gnss: GnssErrors, overrides: dict[str, Any], seed: int, folder: Path
+    drone: DroneFlight,
+    gnss: GnssErrors,
+    imu: ImuErrorSizes,
+    overrides: dict[str, Any],
+    seed: int,
+    folder: Path,
+    span_s: tuple[float, float] | None = None,
 ) -> SimulatedFlight:
     """Simulate and write the four files.
 
@@ -56,7 +62,10 @@ def make_flight(
         When they do not make a flight; the message names the flags for the fields.
     """
     try:
-        simulated = liealign.simulate_flight(drone, gnss, make_config(overrides), seed)
+        simulated = liealign.simulate_flight(drone, gnss, make_config(overrides), seed, imu)
+        if span_s is not None:
+            begin, end = (drone.start_time_s + t for t in span_s)
+            simulated = simulated.between(begin, end)
     except Error as error:
         raise InputError(in_flags(str(error))) from None
     liealign.write_flight(str(folder), simulated)
@@ -100,6 +109,27 @@ def simulate(
         str, typer.Option("--imu-model", metavar="NAME", help="Noise profile; liealign imus lists them.")
     ] = "adis16495",
     seed: Annotated[str, typer.Option("--seed", metavar="N", help="Same seed, same bits.")] = "1",
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            "--kind",
+            metavar="KIND",
+            help="A flight drawn by the seed: survey, lines, circles, helical, rectangular, hover or parked; "
+            "without it, the survey flight of the defaults.",
+        ),
+    ] = None,
+    gentle: Annotated[
+        bool, typer.Option("--gentle", help="With --kind: slow, 0.1 to 0.3 m/s^2 at most.")
+    ] = False,
+    begin: Annotated[
+        str,
+        typer.Option(
+            "--begin", metavar="S", help="Drop what is before, to begin in the air [s from the start]"
+        ),
+    ] = "0",
+    end: Annotated[
+        str | None, typer.Option("--end", metavar="S", help="Drop what is after [s from the start]")
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Write a simulated drone flight with its truth into DIR.
@@ -108,19 +138,21 @@ def simulate(
     """
     with exit_codes():
         number = _seed(seed)
-        drone = DroneFlight(**fields_of(DroneFlight, texts), seed=number)
+        drone = _drone(kind, gentle, number, fields_of(DroneFlight, texts))
         gnss = GnssErrors(**fields_of(GnssErrors, texts), velocity=gnss_velocity)
         _check_size(drone)
         check_target(output)
         # A latency that is known is given: the run is to find the heading, not to be led astray.
         latency = {"gnss.latency_s": gnss.latency_s} if gnss.latency_s else {}
-        simulated = make_flight(drone, gnss, {"imu.model": _model(imu_model), **latency}, number, output)
+        imu = ImuErrorSizes(**fields_of(ImuErrorSizes, texts))
+        keys = {"imu.model": _model(imu_model), **latency}
+        simulated = make_flight(drone, gnss, imu, keys, number, output, _span(begin, end, drone.duration_s))
         if quiet:
             return
-        imu, fixes = (len(log["time_s"]) for log in (simulated.flight.imu(), simulated.flight.gnss()))
+        samples, fixes = (len(log["time_s"]) for log in (simulated.flight.imu(), simulated.flight.gnss()))
         toml, out = output / "FLIGHT.toml", output / "out"
         console.say("flight", f"{toml}, imu.csv, gnss.csv and truth.csv beside it")
-        console.say("logs", f"{drone.duration_s:g} s, {imu} IMU samples, {fixes} fixes")
+        console.say("logs", f"{samples / drone.rate_hz:.0f} s, {samples} IMU samples, {fixes} fixes")
         console.say("next", _shell(["liealign", "run", toml, "-o", out]))
         console.say("then", _shell(["liealign", "compare", output / "truth.csv", out / "trajectory.csv"]))
 
@@ -137,6 +169,7 @@ def demo(
         simulated = make_flight(
             DroneFlight(),
             GnssErrors(**fields_of(GnssErrors, {})),
+            ImuErrorSizes(),
             {"imu.model": "adis16495", "output.filtered": True},
             1,
             output,
@@ -152,6 +185,37 @@ def demo(
         assert found.filtered is not None
         heading = _heading_at_start(simulated, alignment)
         console.print_truth(heading, compare(truth, found), compare(truth, found.filtered), output)
+
+
+def _drone(kind: str | None, gentle: bool, seed: int, fields: dict[str, Any]) -> DroneFlight:
+    if kind is None:
+        if gentle:
+            raise InputError("--gentle needs --kind; the survey flight of the defaults is never gentle")
+        return DroneFlight(**fields, seed=seed)
+    try:
+        drone = liealign.random_flight(kind, gentle=gentle, seed=seed)
+    except Error as error:
+        raise InputError(str(error).replace("drone flight: kind", "--kind")) from None
+    for name, value in fields.items():
+        setattr(drone, name, value)
+    return drone
+
+
+def _span(begin: str, end: str | None, duration_s: float) -> tuple[float, float] | None:
+    if begin == "0" and end is None:
+        return None
+    first = _seconds("--begin", begin, 0.0, duration_s)
+    return first, duration_s if end is None else _seconds("--end", end, first, duration_s)
+
+
+def _seconds(flag: str, text: str, low: float, high: float) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = -1.0
+    if not low <= seconds <= high:
+        raise InputError(f'{flag} is "{text}"; expected a number from {low:g} to {high:g} [s]')
+    return seconds
 
 
 def _seed(text: str) -> int:

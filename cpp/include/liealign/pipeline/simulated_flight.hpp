@@ -11,15 +11,26 @@
 
 namespace liealign {
 
+// Sizes of the IMU errors of a simulated flight; TAES table I.
+struct ImuErrorSizes {
+  double gyro_turn_on_deg_h = 10.0;  // on each axis, sign by the seed
+  double accel_turn_on_ug = 500.0;   // likewise
+  double noise_scale = 1.0;          // of the white noise and the drift of the profile; the config says nothing of it
+};
+
 struct SimulatedFlight {
   Flight flight;  // its config has the lever arm and the IMU profile; file names stay empty
   Truth truth;
 };
 
-// IMU noise of the profile in `config`, Ornstein-Uhlenbeck biases with its instability around a turn-on value of 10 deg/h
-// and 500 ug on each axis (sign by the seed), GNSS as given. TAES V-B and table I.
+// IMU noise of the profile in `config`, Ornstein-Uhlenbeck biases with its instability around the turn-on values, GNSS as
+// given. TAES V-B and table I.
 SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config,
-                                std::uint64_t seed);
+                                std::uint64_t seed, const ImuErrorSizes& imu = {});
+
+// Of the same recording, samples, fixes and truth with stamps from begin_s to end_s. Throws Error when fewer than two
+// samples are left.
+SimulatedFlight between(SimulatedFlight simulated, double begin_s, double end_s);
 
 // Writes imu.csv, gnss.csv, truth.csv (the columns of trajectory.csv without std) and FLIGHT.toml into the folder.
 void write_flight(const std::string& folder, const SimulatedFlight& simulated);

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "liealign/core/types.hpp"
@@ -53,12 +54,26 @@ struct Truth {
 Truth truth_from_reference(const std::vector<TruthEpoch>& reference, Mechanization kind, GravityModel model,
                            int oversample = 1);
 
-// A multirotor survey flight: parked, vertical take-off, short hover, transit at the parked heading, parallel lines
+// What a DroneFlight does between its parked phases.
+//   survey       the whole of a mission, as told below
+//   lines        climb, nose turned, lines back and forth flown crabwise, hover, return, landing
+//   circles      the same with level circles, helical with climbing ones, rectangular with the sides of a rectangle
+//   hover        climb, hover, landing
+//   parked       nothing
+enum class FlightKind { survey, lines, circles, helical, rectangular, hover, parked };
+
+// The kind of that name, and the name of a kind. Throws Error for another name.
+FlightKind flight_kind(const std::string& name);
+std::string flight_kind_name(FlightKind kind);
+
+// A multirotor flight. The survey: parked, vertical take-off, short hover, transit at the parked heading, parallel lines
 // flown crabwise back and forth, hover, two circles (helices) with turning heading, return, landing, parked.
 //
 // When duration_s is too short for all of it, circles, hover, transit and lines are cut in this order; what is left
-// over goes into the hover before the return. Positive angles are clockwise seen from above.
+// over goes into the hover before the return. The other kinds fly as many lines, circles or sides as there is time for.
+// Positive angles are clockwise seen from above.
 struct DroneFlight {
+  FlightKind kind = FlightKind::survey;
   double lat_deg = 48.2;  // of the pad
   double lon_deg = 16.37;
   double height_m = 200.0;  // of the pad, above the ellipsoid
@@ -74,22 +89,35 @@ struct DroneFlight {
   double speed_mps = 6.0;      // horizontal
   double climb_mps = 4.0;
   double descent_mps = 3.0;
-  double altitude_m = 40.0;  // above the pad
+  double altitude_m = 40.0;        // above the pad
+  double acceleration_mps2 = 4.0;  // peak of the commanded motion on the straight; circles take 5/8 of it
   double line_bearing_deg = 30.0;
   double line_length_m = 60.0;
-  double line_spacing_m = 15.0;
-  double crab_deg = 40.0;    // nose against the bearing of the lines: + on the first two, - on the next two, ...
-  double drag_per_s = 0.15;  // linear drag: tilt holds against drag_per_s * v
-  double gust_mps2 = 0.3;    // rms of the acceleration by gusts, per horizontal axis; half of it vertically
+  double line_spacing_m = 15.0;  // and the other side of a rectangle
+  double crab_deg = 40.0;        // nose against the bearing of the lines: + on the first two, - on the next two, ...
+  double circle_radius_m = 0.0;  // 0 = what the acceleration allows, but at least 12 m
+  double helix_climb_mps = 0.5;
+  bool clockwise = true;      // circles, helices and rectangles, seen from above; the survey has one circle of each
+  double nose_follows = 1.0;  // of every turn of their course the nose takes this share: 0 = it stays, 1 = it follows
+  double drag_per_s = 0.15;   // linear drag: tilt holds against drag_per_s * (v - wind)
+  double wind_mps = 0.0;      // steady; the tilt holds against it
+  double wind_from_deg = 0.0;
+  double gust_mps2 = 0.3;            // rms of the acceleration by gusts, per horizontal axis; half of it vertically
   double attitude_wobble_deg = 1.0;  // rms on roll and pitch, half of it on heading, 0.3 to 3 Hz
   double max_tilt_deg = 35.0;        // refused beyond
   std::uint64_t seed = 1;            // of gusts and wobble
 };
 
+// A flight of that kind as the seed has it: place, headings, speeds, accelerations and sizes are drawn. The nose has nothing
+// to do with the course. 5 m/s are reached within 20 s of the take-off; a gentle flight accelerates by 0.1 to 0.3 m/s^2 at
+// most and is as slow as that asks for. Neither hover nor parked shows the heading: no wind, no tilt, accelerations
+// below 0.005 m/s^2 across the vertical. 30 s parked before the take-off; durations as in DroneFlight.
+DroneFlight random_flight(FlightKind kind, bool gentle, std::uint64_t seed);
+
 // Reference of the flight at rate_hz * oversample, to be given to truth_from_reference with the same oversample:
-// commanded velocity -> three moving averages -> acceleration a and, with drag c and gravity g, the attitude of
-// a multirotor,
-//   z_b = (g - a - c v) / |g - a - c v|,  heading as commanded                                  (Eq. 44)
+// commanded velocity -> three moving averages -> acceleration a and, with drag c, wind w and gravity g, the attitude
+// of a multirotor,
+//   z_b = (g - a - c (v - w)) / |g - a - c (v - w)|,  heading as commanded                                  (Eq. 44)
 // plus wobble. While parked, velocity is exactly zero and attitude exactly constant. The working frame is the NED frame
 // of the pad, fixed to the Earth. Throws Error when duration_s is too short for a flight, a field is out of range, or
 // the flight would tilt more than max_tilt_deg.
