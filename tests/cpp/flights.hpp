@@ -25,6 +25,14 @@ inline HeadingResult align(const PreparedFlight& prepared) {
   return search.result();
 }
 
+// The same with latency and noise scales as simulated where they are not given: a test of something else shall not search.
+inline Config with_given_parameters(Config config) {
+  config.gnss.latency_s = config.gnss.latency_s.value_or(0.0);
+  config.imu.noise_scale = config.imu.noise_scale.value_or(1.0);
+  config.gnss.std_scale = config.gnss.std_scale.value_or(1.0);
+  return config;
+}
+
 inline SimulatedFlight table_1_flight(double heading_deg, std::uint64_t seed, const Config& config = {},
                                       const GnssErrors& errors = {}) {
   DroneFlight drone = short_flight();
@@ -33,7 +41,7 @@ inline SimulatedFlight table_1_flight(double heading_deg, std::uint64_t seed, co
   drone.seed = seed;
   GnssErrors gnss = errors;
   gnss.l_ba_b = Vector3d(0.1, -0.05, -0.3);
-  return simulate_flight(drone, gnss, config, seed);
+  return simulate_flight(drone, gnss, with_given_parameters(config), seed);
 }
 
 inline double true_heading(const SimulatedFlight& s, double t) {

@@ -40,7 +40,7 @@ PreparedFlight prepared_at(const Place& place) {
   gnss.velocity = place.rate_hz > 1.0;
   Config config;
   config.align.heading_guess_deg = drone.heading_deg + 5.0;
-  return prepare_flight(simulate_flight(drone, gnss, config, 7).flight);
+  return prepare_flight(simulate_flight(drone, gnss, testing::with_given_parameters(config), 7).flight);
 }
 
 class Bank : public ::testing::TestWithParam<Place> {};

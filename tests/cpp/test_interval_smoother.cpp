@@ -170,7 +170,7 @@ PreparedFlight rough_flight() {
   gnss.velocity = true;
   Config config;
   config.output.filtered = true;
-  Flight flight = simulate_flight(drone, gnss, config, 3).flight;
+  Flight flight = simulate_flight(drone, gnss, testing::with_given_parameters(config), 3).flight;
   ImuSeries& imu = flight.imu;
   imu.erase(imu.begin() + 3000, imu.begin() + 3020);
   return prepare_flight(flight);

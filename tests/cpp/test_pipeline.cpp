@@ -144,7 +144,7 @@ TEST(Pipeline, a_nudge_before_the_flight_does_not_move_the_start) {
   drone.parked_before_s = 40;
   drone.duration_s = 140;
   drone.heading_deg = kHeading_deg;
-  SimulatedFlight s = simulate_flight(drone, {}, guessed(), 14);
+  SimulatedFlight s = simulate_flight(drone, {}, testing::with_given_parameters(guessed()), 14);
   for (ImuSample& x : s.flight.imu) {
     if (x.t_s > 1015.0 && x.t_s < 1015.6) x.f_ib_b += Vector3d(std::sin(40 * x.t_s), std::cos(31 * x.t_s), 1.0);
   }
@@ -321,6 +321,8 @@ TEST(Pipeline, refuses_flights_it_cannot_start_and_says_why) {
       << refusal(late);
   Flight air = s.flight;
   std::erase_if(air.imu, [](const ImuSample& x) { return x.t_s < 1030 || x.t_s > 1095; });
+  EXPECT_EQ(refusal(air), "");
+  air.config.align.start = "static";
   EXPECT_NE(refusal(air).find("the log holds no rest"), std::string::npos) << refusal(air);
   Flight bad = s.flight;
   for (GnssRecord& r : bad.gnss) r.fix = 7;

@@ -132,6 +132,7 @@ IntervalSeries preintegrate(const AlignmentProblem& problem) { return preintegra
 std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                                 const std::vector<HeadingCandidate>& candidates) {
   const std::size_t n = candidates.size();
+  if (n == 0) return {};
   // `paper` has no closed form over an interval.
   if (problem.intervals.intervals.empty() || problem.filter.dynamics.mechanization != Mechanization::exact) {
     const ImuCursor start = cursor_at(problem.data.imu(), problem.t_begin_s);

@@ -113,6 +113,20 @@ void merge_peaks(const std::vector<PosteriorSample>& samples, std::vector<Peak>&
   }
 }
 
+// The least set of headings that holds `share`: pieces by their mean density, the last one in part.
+double least_width(std::vector<Piece> pieces, double share, double total) {
+  std::sort(pieces.begin(), pieces.end(),
+            [](const Piece& a, const Piece& b) { return a.mass() / a.width > b.mass() / b.width; });
+  double sum = 0.0, width = 0.0;
+  for (const Piece& p : pieces) {
+    const double mass = p.mass(), wanted = share * total - sum;
+    if (mass >= wanted) return width + p.width * wanted / mass;
+    sum += mass;
+    width += p.width;
+  }
+  return width;
+}
+
 std::vector<HeadingMode> modes_of(const std::vector<PosteriorSample>& samples, const std::vector<Piece>& pieces,
                                   double total) {
   std::vector<Peak> peaks = peaks_of(samples);
@@ -162,6 +176,7 @@ HeadingPosterior heading_posterior(std::vector<PosteriorSample> samples, double 
   constexpr double kTail = 0.025;
   out.low_rad = quantile(pieces, psi_rad, kTail, total);
   out.high_rad = quantile(pieces, psi_rad, 1.0 - kTail, total);
+  out.width_rad = least_width(pieces, 1.0 - 2.0 * kTail, total);
   out.modes = modes_of(samples, pieces, total);
   for (PosteriorSample& s : samples) s.cost += std::log(total) - lowest;
   out.samples = std::move(samples);

@@ -209,8 +209,15 @@ void HeadingSearch::ask_whole_circle() {
 }
 
 void HeadingSearch::tell_circle(const std::vector<double>& costs) {
+  // Of a ring, its local minima; all of what does not belong to one.
+  const std::size_t ring = stage_ == Stage::whole_circle ? costs.size() : options_.guess_rad ? 1 : kCoarseCircle;
+  const std::size_t in_rings = stage_ == Stage::whole_circle ? costs.size() : ring * circle_latencies().size();
   for (std::size_t i = 0; i < costs.size(); ++i) {
-    if (std::isfinite(costs[i])) basins_.push_back({asked_[i].heading_rad, asked_[i].parameters.latency_s, costs[i]});
+    const std::size_t from = i - i % ring, next = from + (i + 1 - from) % ring,
+                      before = from + (i + ring - 1 - from) % ring;
+    const bool lowest_here = i >= in_rings || (costs[i] <= costs[next] && costs[i] <= costs[before]);
+    if (std::isfinite(costs[i]) && lowest_here)
+      basins_.push_back({asked_[i].heading_rad, asked_[i].parameters.latency_s, costs[i]});
   }
   if (basins_.empty()) {
     throw NumericalError(
@@ -433,6 +440,10 @@ void HeadingSearch::tell_density(const std::vector<double>& costs) {
   for (std::size_t i = 0; i < fits_.size(); ++i) {
     const double away = std::abs(wrap_pi(fits_[i].heading_rad - best.heading_rad));
     if (i == best_fit_ || !best.sigma_rad || away < 5.0 * *best.sigma_rad) continue;
+    const auto sampled = [&](const HeadingMode& mode) {
+      return std::abs(wrap_pi(mode.heading_rad - fits_[i].heading_rad)) < options_.grid_step_rad;
+    };
+    if (std::any_of(posterior_.modes.begin(), posterior_.modes.end(), sampled)) continue;
     others.push_back({wrap_2pi(fits_[i].heading_rad),
                       std::exp(temper * (best.cost - fits_[i].cost) + fits_[i].log_volume - best.log_volume)});
     sum += others.back().mass;

@@ -16,7 +16,7 @@ void judge(HeadingResult& r, std::size_t fixes, const HeadingSearchOptions& opti
   if (fixes == 0) information = 0.0;
   const double data_sigma = information > 0.0 ? 1.0 / std::sqrt(information) : 2.0 * kPi;
   constexpr double kInterval = 2.0 * 1.959963984540054;  // width of the 95 % interval in sigma
-  const double interval = options.guess_rad ? kInterval * data_sigma : r.posterior.high_rad - r.posterior.low_rad;
+  const double interval = options.guess_rad ? kInterval * data_sigma : r.posterior.width_rad;
   if (fixes == 0 || interval > kPi) {
     r.sigma_rad.reset();
     r.verdict = "unobservable";

@@ -57,7 +57,7 @@ struct CandidateScore {
   double nis_90 = 0.0;   // 90 % point of the positions' NIS; 6.25 where the noise model is right
   GateScales gate_scales;
   std::size_t fixes = 0;
-  std::vector<ScoreTerm> terms;
+  std::vector<ScoreTerm> terms = {};
 };
 
 // The fixes as the parameters put and weigh them, merged into events again.

@@ -25,6 +25,7 @@ struct HeadingPosterior {
   std::vector<PosteriorSample> samples;  // ascending in [0, 2 pi); cost = -log density [1/rad], normalised
   double mean_rad = 0.0;                 // (Eq. 62)
   double low_rad = 0.0, high_rad = 0.0;  // 95 % interval, low <= psi* <= high, not wrapped
+  double width_rad = 0.0;                // of the least set of headings that holds 95 %
   std::vector<HeadingMode> modes;        // local maxima with their share, the heaviest first
 };
 
