@@ -46,6 +46,17 @@ py::dict density(const HeadingResult& r) {
   return columns;
 }
 
+py::dict triple(const HeadingResult& r) {
+  py::dict columns;
+  double* heading = add_column(columns, "heading_rad", r.triple.size());
+  double* cost = add_column(columns, "cost", r.triple.size());
+  for (std::size_t i = 0; i < r.triple.size(); ++i) {
+    heading[i] = r.triple[i].x;
+    cost[i] = r.triple[i].y;
+  }
+  return columns;
+}
+
 void bind_parameters(py::module_& m) {
   using P = FlightParameters;
   py::class_<P>(
@@ -141,6 +152,7 @@ void bind_align(py::module_& m) {
           [](const HeadingResult& r) { return std::make_pair(r.posterior.low_rad, r.posterior.high_rad); },
           "low <= heading <= high, not wrapped.")
       .def("density", &density, "heading_rad, density_per_rad: arrays (n,), ascending.")
+      .def("triple", &triple, "heading_rad (not wrapped), cost: the three points that place the last parabola.")
       .def("modes", &modes, "heading_rad, mass: arrays (n,), the heaviest first.")
       .def("curve", &curve, "heading_rad, heading_std_rad, cost, gated: arrays (n,), in order of evaluation.");
 

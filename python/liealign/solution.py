@@ -33,10 +33,20 @@ class Alignment:
         One sentence on what to do about it.
     start_time_s, end_time_s
         The last instant of rest, and the end of the time whose fixes were scored.
+    start
+        How the run starts: static or moving.
+    gnss_latency_s, gnss_latency_std_s
+        Of the GNSS stamps, t_true = time_s - latency; its sigma is None where it was given.
     evaluations
         Candidate filters that were run.
+    mean_deg
+        Mean of the posterior over the circle.
     mode_heading_deg, mode_mass
-        (k,) the basins of the search over the circle and their share of the posterior.
+        (k,) the modes of the posterior and their share of it.
+    density_heading_deg, density_per_deg
+        (n,) the posterior as sampled, ascending in [0, 360).
+    triple_heading_deg, triple_cost
+        (3,) the points that place the last parabola; cost as of the curve.
     curve_heading_deg, curve_heading_std_deg, curve_cost, curve_gated
         (m,) every candidate in order; std 0: conditional on its heading. Cost: the negative log
         posterior, comparable within wide, open and gated candidates.
@@ -48,10 +58,18 @@ class Alignment:
     advice: str
     start_time_s: float
     end_time_s: float
+    start: str
+    gnss_latency_s: float
+    gnss_latency_std_s: float | None
     evaluations: int
     settled: bool
+    mean_deg: float
     mode_heading_deg: Array = field(repr=False)
     mode_mass: Array = field(repr=False)
+    density_heading_deg: Array = field(repr=False)
+    density_per_deg: Array = field(repr=False)
+    triple_heading_deg: Array = field(repr=False)
+    triple_cost: Array = field(repr=False)
     curve_heading_deg: Array = field(repr=False)
     curve_heading_std_deg: Array = field(repr=False)
     curve_cost: Array = field(repr=False)
@@ -62,7 +80,7 @@ class Alignment:
     @classmethod
     def from_engine(cls, flight: _core.PreparedFlight, result: _core.HeadingResult) -> Alignment:
         """Turn the engine's result into degrees."""
-        modes, curve = result.modes(), result.curve()
+        modes, curve, density, triple = result.modes(), result.curve(), result.density(), result.triple()
         return cls(
             heading_deg=float(np.rad2deg(result.heading_rad)),
             heading_std_deg=None if result.sigma_rad is None else float(np.rad2deg(result.sigma_rad)),
@@ -70,10 +88,18 @@ class Alignment:
             advice=result.advice,
             start_time_s=flight.t_start_s,
             end_time_s=flight.t_end_s,
+            start=flight.start,
+            gnss_latency_s=flight.latency_s + result.parameters.latency_s,
+            gnss_latency_std_s=result.latency_std_s,
             evaluations=result.evaluations,
             settled=result.settled,
+            mean_deg=float(np.rad2deg(result.mean_rad)),
             mode_heading_deg=np.rad2deg(modes["heading_rad"]),
             mode_mass=modes["mass"],
+            density_heading_deg=np.rad2deg(density["heading_rad"]),
+            density_per_deg=np.deg2rad(density["density_per_rad"]),
+            triple_heading_deg=np.rad2deg(triple["heading_rad"]),
+            triple_cost=triple["cost"],
             curve_heading_deg=np.rad2deg(curve["heading_rad"]),
             curve_heading_std_deg=np.rad2deg(curve["heading_std_rad"]),
             curve_cost=curve["cost"],

@@ -229,7 +229,7 @@ def test_progress_is_called_and_can_stop(case: SimulatedCase) -> None:
 
 
 def test_ask_and_tell_by_hand(case: SimulatedCase) -> None:
-    search = liealign.HeadingSearch(liealign.heading_search_options(case.prepared.config))
+    search = liealign.HeadingSearch(liealign.heading_search_options(case.prepared))
     with pytest.raises(liealign.Error):
         search.result()
     while not search.done():

@@ -1,4 +1,4 @@
-// (Eq. 60).
+// Two harmonics over the circle, (Eq. 60).
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/align/harmonic_fit.hpp"
 

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <limits>
 
+#include "liealign/align/block_misfit.hpp"
 #include "liealign/align/harmonic_fit.hpp"
+#include "liealign/align/heading_grids.hpp"
 #include "liealign/align/verdict.hpp"
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
@@ -16,7 +18,7 @@ namespace liealign {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kCoarseCircle = 8;
+constexpr std::size_t kHalfDensity = 8;  // samples on either side of psi*
 
 // What theta is worth before the flight is asked.
 constexpr double kLatencyPriorStd_s = 0.5;
@@ -30,43 +32,6 @@ std::size_t lowest(const std::vector<double>& costs) {
   return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
 }
 
-// How far the curvature can be trusted: where the model holds, the gradients g_b of the score over blocks of the log are
-// independent and their squares add up to the information. Else
-//   cov = H^-1 (sum_b g_b g_b^T) H^-1                                                            (Eq. 63)
-// Source: White (1982). Returned is the ratio of its sigmas to those of H^-1, 1 where chance explains it.
-SurfaceVector block_misfit(const SurfaceMatrix& covariance, const SurfaceVector& steps,
-                           const std::vector<CandidateScore>& stencil) {
-  constexpr double kBlock_s = 10.0, kFewestBlocks = 10.0;
-  const Eigen::Index n = steps.size();
-  SurfaceVector squares = SurfaceVector::Zero(n);
-  double blocks = 0.0;
-  const std::vector<ScoreTerm>& terms = stencil.front().terms;
-  std::size_t k = 0;
-  const auto whole = [&](std::size_t at) { return stencil[at].terms.size() == terms.size(); };
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t plus = SurfaceSearch::axis_index(i, n);
-    if (!whole(plus) || !whole(plus + 1)) return SurfaceVector::Ones(n);
-  }
-  while (k < terms.size()) {
-    const double end_s = terms[k].t_s + kBlock_s;
-    SurfaceVector g = SurfaceVector::Zero(n);
-    for (; k < terms.size() && terms[k].t_s < end_s; ++k) {
-      for (Eigen::Index i = 0; i < n; ++i) {
-        const std::size_t plus = SurfaceSearch::axis_index(i, n);
-        g[i] += (stencil[plus].terms[k].cost - stencil[plus + 1].terms[k].cost) / (2.0 * steps[i]);
-      }
-    }
-    squares += (covariance * g).cwiseAbs2();
-    blocks += 1.0;
-  }
-  SurfaceVector misfit = SurfaceVector::Ones(n);
-  for (Eigen::Index i = 0; i < n && blocks >= kFewestBlocks; ++i) {
-    const double ratio = squares[i] / covariance(i, i), chance = 1.0 + 2.0 * std::sqrt(2.0 / blocks);
-    if (ratio > chance) misfit[i] = std::sqrt(ratio);
-  }
-  return misfit;
-}
-
 }  // namespace
 
 HeadingSearch::HeadingSearch(const HeadingSearchOptions& options) : options_(options) {
@@ -78,9 +43,10 @@ HeadingSearch::HeadingSearch(const HeadingSearchOptions& options) : options_(opt
   if (options.estimate_gnss_std) variables_.push_back(&FlightParameters::gnss_std_scale);
   if (options.estimate_gnss_std && options.has_velocity) variables_.push_back(&FlightParameters::velocity_std_scale);
   if (options.estimate_imu_noise || options.estimate_gnss_std) {
-    ask_scales();
+    stage_ = Stage::scales;
+    asked_ = scale_grid(options);
   } else {
-    ask_circle();
+    asked_ = coarse_circle(options, start_);
   }
 }
 
@@ -120,98 +86,17 @@ HeadingCandidate HeadingSearch::candidate_at(const SurfaceVector& x) const {
   return conditional(x[0], parameters);
 }
 
-// A coarse grid of scales, at the two best headings of the coarse stage or, without any, at four over the circle.
-void HeadingSearch::ask_scales() {
-  stage_ = Stage::scales;
-  std::vector<HeadingCandidate> at;
-  if (options_.guess_rad) {
-    const double latency = options_.seeds.empty() ? 0.0 : options_.seeds.front().latency_s;
-    at.push_back({*options_.guess_rad, options_.guess_std_rad, false, {}, {latency}});
-  } else {
-    for (const HeadingSeed& seed : options_.seeds) {
-      if (at.size() < 2) at.push_back({seed.heading_rad, options_.grid_std_rad, false, {}, {seed.latency_s}});
-    }
-  }
-  for (int i = 0; at.empty() || (options_.seeds.empty() && !options_.guess_rad && i < 4); ++i)
-    at.push_back({0.5 * kPi * i, options_.grid_std_rad, false, {}, {}});
-  const std::vector<double> one = {1.0};
-  const std::vector<double> imu = options_.estimate_imu_noise ? std::vector<double>{1.0, 5.0, 25.0, 125.0} : one;
-  const std::vector<double> gnss = options_.estimate_gnss_std ? std::vector<double>{0.3, 1.0, 3.0} : one;
-  const std::vector<double> turn_on = options_.estimate_imu_noise ? std::vector<double>{1.0, 8.0, 64.0} : one;
-  asked_.clear();
-  for (HeadingCandidate candidate : at) {
-    for (double i : imu) {
-      for (double g : gnss) {
-        for (double t : turn_on) {
-          if (t < i && t > 1.0) continue;
-          candidate.parameters.imu_noise_scale = i;
-          candidate.parameters.gnss_std_scale = g;
-          candidate.parameters.turn_on_scale = std::max(1.0, t / i);
-          asked_.push_back(candidate);
-        }
-      }
-    }
-  }
-}
-
 void HeadingSearch::tell_scales(const std::vector<double>& costs) {
   start_ = asked_[lowest(costs)].parameters;
   start_.latency_s = 0.0;
-  ask_circle();
-}
-
-// Those of the coarse stage; without it every fifth of a second.
-std::vector<double> HeadingSearch::circle_latencies() const {
-  constexpr double kSame_s = 0.1, kFarthest_s = 0.8, kStep_s = 0.2;
-  if (!options_.estimate_latency) return {0.0};
-  std::vector<double> latencies;
-  for (const HeadingSeed& seed : options_.seeds) {
-    const auto same = [&](double latency) { return std::abs(latency - seed.latency_s) < kSame_s; };
-    if (std::none_of(latencies.begin(), latencies.end(), same)) latencies.push_back(seed.latency_s);
-  }
-  for (double latency = -kFarthest_s; options_.seeds.empty() && latency < kFarthest_s + 0.5 * kStep_s;
-       latency += kStep_s) {
-    latencies.push_back(latency);
-  }
-  return latencies;
-}
-
-// Eight headings for each latency, and the seeds.
-void HeadingSearch::ask_circle() {
   stage_ = Stage::circle;
-  asked_.clear();
-  const auto ask = [&](double heading, double std, double latency) {
-    FlightParameters parameters = start_;
-    parameters.latency_s = latency;
-    asked_.push_back({heading, std, false, gate_scales_, parameters});
-  };
-  if (options_.guess_rad) {
-    for (double latency : circle_latencies()) ask(*options_.guess_rad, options_.guess_std_rad, latency);
-    return;
-  }
-  for (double latency : circle_latencies()) {
-    for (std::size_t i = 0; i < kCoarseCircle; ++i) {
-      ask(2.0 * kPi * static_cast<double>(i) / kCoarseCircle, options_.grid_std_rad, latency);
-    }
-  }
-  for (const HeadingSeed& seed : options_.seeds) ask(seed.heading_rad, options_.grid_std_rad, seed.latency_s);
-}
-
-// Where two harmonics do not describe the circle: all of the grid, at the best latency.
-void HeadingSearch::ask_whole_circle() {
-  stage_ = Stage::whole_circle;
-  FlightParameters parameters = start_;
-  parameters.latency_s = basins_.front().latency_s;
-  asked_.clear();
-  const int n = static_cast<int>(std::ceil(2.0 * kPi / options_.grid_step_rad - 1e-9));
-  for (int i = 0; i < n; ++i)
-    asked_.push_back({i * 2.0 * kPi / n, options_.grid_std_rad, false, gate_scales_, parameters});
+  asked_ = coarse_circle(options_, start_);
 }
 
 void HeadingSearch::tell_circle(const std::vector<double>& costs) {
   // Of a ring, its local minima; all of what does not belong to one.
   const std::size_t ring = stage_ == Stage::whole_circle ? costs.size() : options_.guess_rad ? 1 : kCoarseCircle;
-  const std::size_t in_rings = stage_ == Stage::whole_circle ? costs.size() : ring * circle_latencies().size();
+  const std::size_t in_rings = stage_ == Stage::whole_circle ? costs.size() : ring * circle_latencies(options_).size();
   for (std::size_t i = 0; i < costs.size(); ++i) {
     const std::size_t from = i - i % ring, next = from + (i + 1 - from) % ring,
                       before = from + (i + ring - 1 - from) % ring;
@@ -227,7 +112,7 @@ void HeadingSearch::tell_circle(const std::vector<double>& costs) {
   if (stage_ == Stage::circle && !options_.guess_rad) {
     // Two harmonics describe a circle when no residual is more than a small part of their depth, or of a nat.
     bool described = true;
-    const std::size_t circles = circle_latencies().size();
+    const std::size_t circles = circle_latencies(options_).size();
     for (std::size_t j = 0; j < circles; ++j) {
       const auto from = costs.begin() + static_cast<std::ptrdiff_t>(j * kCoarseCircle);
       const std::vector<double> y(from, from + kCoarseCircle);
@@ -236,7 +121,10 @@ void HeadingSearch::tell_circle(const std::vector<double>& costs) {
       described = fit_harmonics(y).worst < std::max(1.0, 0.15 * depth);
     }
     if (!described) {
-      ask_whole_circle();
+      stage_ = Stage::whole_circle;
+      FlightParameters parameters = start_;
+      parameters.latency_s = basins_.front().latency_s;
+      asked_ = whole_circle(options_, parameters);
       return;
     }
   }
@@ -248,6 +136,14 @@ void HeadingSearch::choose_basins() {
   constexpr double kHopeless = 30.0;  // nats
   constexpr std::size_t kMost = 3;
   const double apart = std::max(options_.grid_step_rad, 1.5 * options_.grid_std_rad) * 1.2;
+  // The coarse stage knows the heading better than a grid does.
+  const auto at_seed = [&](const Basin& b) {
+    for (const HeadingSeed& seed : options_.seeds) {
+      if (std::abs(wrap_pi(b.heading_rad - seed.heading_rad)) < apart && std::abs(b.latency_s - seed.latency_s) < 0.3)
+        return Basin{seed.heading_rad, seed.latency_s, b.cost};
+    }
+    return b;
+  };
   std::vector<Basin> chosen;
   for (const Basin& b : basins_) {
     const auto near = [&](const Basin& c) {
@@ -255,77 +151,80 @@ void HeadingSearch::choose_basins() {
              std::abs(b.latency_s - c.latency_s) < 0.3;
     };
     if (chosen.size() == kMost || b.cost > basins_.front().cost + kHopeless) break;
-    if (std::none_of(chosen.begin(), chosen.end(), near)) chosen.push_back(b);
+    if (std::none_of(chosen.begin(), chosen.end(), near)) chosen.push_back(at_seed(b));
   }
   basins_ = chosen;
   basin_ = 0;
   FlightParameters parameters = start_;
   parameters.latency_s = basins_[0].latency_s;
-  stage_ = Stage::open;
   start_fit(basins_[0].heading_rad, parameters);
 }
 
-// The fit of stage_ from here.
+// Every fit begins in the heading alone.
 void HeadingSearch::start_fit(double heading_rad, const FlightParameters& parameters) {
+  stage_ = Stage::open;
   base_ = parameters;
   best_ = {};
   best_.cost = kInfinity;
-  if (!joint()) {
-    line_.emplace(heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad, options_.max_evaluations);
-  } else {
-    constexpr double kLatencyStep_s = 0.02, kLogScaleStep = 0.2;
-    const auto n = static_cast<Eigen::Index>(variables_.size()) + 1;
-    SurfaceVector x(n), h(n);
-    x[0] = heading_rad;
-    h[0] = 0.5 * options_.triple_step_rad;
-    for (std::size_t i = 0; i < variables_.size(); ++i) {
-      const auto k = static_cast<Eigen::Index>(i) + 1;
-      const double value = parameters.*variables_[i];
-      x[k] = is_scale(variables_[i]) ? std::log(value) : value;
-      h[k] = is_scale(variables_[i]) ? kLogScaleStep : kLatencyStep_s;
-    }
-    surface_.emplace(x, h, SurfaceLimits{});
-  }
+  gate_scales_ = {};
+  surface_.reset();
+  line_.emplace(heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad, options_.max_evaluations);
   ask_fit();
 }
 
 void HeadingSearch::ask_fit() {
   asked_.clear();
-  if (!joint()) {
-    for (double x : line_->ask()) asked_.push_back(conditional(x, base_));
-  } else {
+  if (surface_) {
     for (const SurfaceVector& x : surface_->ask()) asked_.push_back(candidate_at(x));
+  } else {
+    for (double x : line_->ask()) asked_.push_back(conditional(x, base_));
   }
 }
 
 void HeadingSearch::tell_fit(const std::vector<double>& costs, const std::vector<CandidateScore>& scores) {
-  if (!joint()) {
-    line_->tell(costs);
-  } else {
+  if (surface_) {
     surface_->tell(costs);
+  } else {
+    line_->tell(costs);
   }
-  if (stage_ == Stage::open && joins_a_fit()) {
+  if (joins_a_fit()) {
     next_basin();
-  } else if (joint() ? !surface_->done() : !line_->done()) {
+  } else if (surface_ ? !surface_->done() : !line_->done()) {
     ask_fit();
-  } else if (stage_ == Stage::open && !joint()) {
-    start_gated();
+  } else if (stage_ == Stage::open) {
+    start_fine();
   } else {
     finish_fit(scores);
   }
 }
 
-// From the minimum of the open candidates, with their own measure of how far the noise model is off where that is given.
-void HeadingSearch::start_gated() {
-  stage_ = Stage::gated;
-  gate_scales_ = best_.gate_scales;
-  best_ = {};
-  best_.cost = kInfinity;
+// From the minimum of the open candidates. Where the noise is given, with gates that their own measure of how far it is off has
+// opened; else with theta, and still no fix is refused.
+void HeadingSearch::start_fine() {
+  stage_ = Stage::fine;
   const Parabola parabola = line_->parabola();
   const bool placed = line_->settled() && parabola.has_minimum();
   const double centre = placed ? parabola.minimum_x : line_->best().x;
   const double step = placed ? std::min(2.0 * parabola.sigma(), options_.triple_step_rad) : options_.triple_step_rad;
-  line_.emplace(centre, step, kPi, options_.tolerance_rad, options_.max_evaluations);
+  if (joint()) {
+    constexpr double kLatencyStep_s = 0.01, kLogScaleStep = 0.2;
+    const auto n = static_cast<Eigen::Index>(variables_.size()) + 1;
+    SurfaceVector x(n), h(n);
+    x[0] = centre;
+    h[0] = 0.5 * step;
+    for (std::size_t i = 0; i < variables_.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i) + 1;
+      const double value = base_.*variables_[i];
+      x[k] = is_scale(variables_[i]) ? std::log(value) : value;
+      h[k] = is_scale(variables_[i]) ? kLogScaleStep : kLatencyStep_s;
+    }
+    surface_.emplace(x, h, SurfaceLimits{});
+  } else {
+    gate_scales_ = best_.gate_scales;
+    line_.emplace(centre, step, kPi, options_.tolerance_rad, options_.max_evaluations);
+  }
+  best_ = {};
+  best_.cost = kInfinity;
   ask_fit();
 }
 
@@ -381,7 +280,7 @@ void HeadingSearch::finish_fit(const std::vector<CandidateScore>& scores) {
 
 // A later basin may lead to where an earlier one has led.
 bool HeadingSearch::joins_a_fit() const {
-  const double heading = joint() ? surface_->surface().minimum[0] : line_->best().x;
+  const double heading = surface_ ? surface_->surface().minimum[0] : line_->best().x;
   return std::any_of(fits_.begin(), fits_.end(), [&](const Fit& fit) {
     return fit.settled && std::abs(wrap_pi(heading - fit.heading_rad)) < 3.0 * fit.sigma_rad.value_or(0.0);
   });
@@ -391,8 +290,6 @@ void HeadingSearch::next_basin() {
   if (++basin_ < basins_.size()) {
     FlightParameters parameters = start_;
     parameters.latency_s = basins_[basin_].latency_s;
-    stage_ = Stage::open;
-    gate_scales_ = {};
     start_fit(basins_[basin_].heading_rad, parameters);
     return;
   }
@@ -407,7 +304,7 @@ void HeadingSearch::ask_density() {
   stage_ = Stage::density;
   const Fit& fit = fits_[best_fit_];
   gate_scales_ = fit.gate_scales;
-  constexpr int kHalf = 8;           // samples on either side
+  constexpr int kHalf = static_cast<int>(kHalfDensity);
   constexpr double kFarthest = 4.0;  // sigmas
   constexpr double kWidest = 0.5 * kPi;
   const double reach = std::min(kFarthest * fit.sigma_rad.value_or(kPi), kWidest);
@@ -432,6 +329,10 @@ void HeadingSearch::tell_density(const std::vector<double>& costs) {
   std::vector<PosteriorSample> samples;
   const Fit& best = fits_[best_fit_];
   const double temper = 1.0 / (best.misfit * best.misfit);
+  if (joint()) {  // of the profile along the valley: -2, 0 and 2 sigmas
+    for (const std::size_t i : {kHalfDensity / 2, kHalfDensity, 3 * kHalfDensity / 2})
+      fits_[best_fit_].triple.push_back({asked_[i].heading_rad, costs[i]});
+  }
   for (std::size_t i = 0; i < costs.size(); ++i) samples.push_back({asked_[i].heading_rad, temper * costs[i]});
   posterior_ = heading_posterior(std::move(samples), best.heading_rad);
   // The other basins, each with its own parameters: by the volume of its fit.
@@ -462,7 +363,7 @@ void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
     const HeadingCandidate& c = asked_[i];
     costs.push_back(cost_of(c, scores[i].cost));
     curve_.push_back({wrap_2pi(c.heading_rad), c.heading_std_rad, costs.back(), c.gated, c.parameters});
-    if ((stage_ == Stage::open || stage_ == Stage::gated) && costs.back() < best_.cost) {
+    if ((stage_ == Stage::open || stage_ == Stage::fine) && costs.back() < best_.cost) {
       best_ = scores[i];
       best_.cost = costs.back();
     }
@@ -476,7 +377,7 @@ void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
       tell_circle(costs);
       break;
     case Stage::open:
-    case Stage::gated:
+    case Stage::fine:
       tell_fit(costs, scores);
       break;
     case Stage::density:

@@ -138,6 +138,10 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
                                {"gnss_std_scale", flight.gnss_std_scale * p.parameters.gnss_std_scale}});
   }
   json["curve"] = curve;
+  JsonArray triple;
+  for (const FitPoint& p : heading.triple)
+    triple.push_back(JsonObject{{"heading_deg", wrap_2pi(p.x) * kRadToDeg}, {"cost", p.y}});
+  json["parabola_points"] = triple;
   JsonArray density;
   for (const PosteriorSample& s : heading.posterior.samples) {
     density.push_back(

@@ -44,6 +44,11 @@ std::vector<TextLine> alignment_text(const PreparedFlight& flight, const Heading
   std::vector<TextLine> lines = {
       {"heading", heading.verdict + ": " + found + ", at " + fixed(flight.problem.t_start_s) + " s"}};
   if (heading.verdict != "aligned") lines.push_back({"", heading.advice});
+  lines.push_back({"start", flight.start + ": " + flight.start_reason});
+  if (heading.parameters_std.latency_s) {
+    lines.push_back({"latency", fixed(flight.latency_s + heading.parameters.latency_s) + " s, sigma " +
+                                    fixed(*heading.parameters_std.latency_s) + " s, of the GNSS stamps"});
+  }
   for (const std::string& warning : run_warnings(flight, heading)) lines.push_back({"warning", warning});
   return lines;
 }

@@ -30,19 +30,21 @@ def _offsets(alignment: Alignment, headings: Array) -> Array:
     return offset
 
 
-def gated_curve(alignment: Alignment) -> Curve:
-    """Return the candidates with the outlier treatment of the final filter, which the result comes from."""
-    curve = _curve(alignment, alignment.curve_gated)
-    if alignment.heading_std_deg is None or not curve.cost.size:
-        return curve
-    # The best candidate stands a little up the parabola, whose minimum the fit has placed beside it.
-    best = int(np.argmin(curve.cost))
-    return Curve(curve.offset_deg, curve.cost + parabola(alignment, curve.offset_deg[best : best + 1]))
+def sampled_curve(alignment: Alignment) -> Curve:
+    """Return the posterior as sampled: costs above the minimum, other parameters at their best."""
+    density = alignment.density_per_deg
+    seen = density > 0.0
+    offset, cost = _offsets(alignment, alignment.density_heading_deg[seen]), -np.log(density[seen])
+    order = np.argsort(offset, kind="stable")
+    return Curve(offset[order], cost[order] - cost.min())
 
 
 def open_curve(alignment: Alignment) -> Curve:
-    """Return the candidates that took every fix in full; they have a minimum of their own."""
-    return _curve(alignment, ~alignment.curve_gated)
+    """Return the candidates that took every fix in full; they have a minimum of their own.
+
+    None where latency or noise were searched as well: those differ in more than the heading.
+    """
+    return _curve(alignment, ~alignment.curve_gated & bool(alignment.curve_gated.any()))
 
 
 def _curve(alignment: Alignment, wanted: NDArray[np.bool_]) -> Curve:
@@ -51,6 +53,11 @@ def _curve(alignment: Alignment, wanted: NDArray[np.bool_]) -> Curve:
     order = np.argsort(offset, kind="stable")
     cost = cost[order]
     return Curve(offset[order], cost - cost.min() if cost.size else cost)
+
+
+def _triple(alignment: Alignment) -> Curve:
+    offset, cost = _offsets(alignment, alignment.triple_heading_deg), alignment.triple_cost
+    return Curve(offset, cost - cost.min() if cost.size else cost)
 
 
 def parabola(alignment: Alignment, offset_deg: Array) -> Array:
@@ -67,9 +74,9 @@ def open_minimum(alignment: Alignment) -> float | None:
 
 
 def curve_figure(review: Review) -> Figure:
-    """Candidates around the minimum; with a sigma also the parabola and the interval."""
+    """Draw the posterior around the minimum (DRONES Fig. 4); with a sigma also the parabola and the interval."""
     alignment = review.alignment
-    gated, free = gated_curve(alignment), open_curve(alignment)
+    sampled, free = sampled_curve(alignment), open_curve(alignment)
     traces = []
     psi, sigma = alignment.heading_deg, alignment.heading_std_deg
     if sigma is not None:
@@ -78,7 +85,8 @@ def curve_figure(review: Review) -> Figure:
         traces.append(line(column(psi + x, psi), parabola(alignment, x), "parabola", "", GREY))
     for curve, name, color, symbol in (
         (free, "every fix in full", WARM, "triangle-up-open"),
-        (gated, "with the outlier test", ACCENT, "circle"),
+        (sampled, "candidates", ACCENT, "circle"),
+        (_triple(alignment), "three points of the parabola", INK, "diamond-open"),
     ):
         trace = dots(
             column(psi + curve.offset_deg, psi), curve.cost, name, "", color=color, symbol=symbol, size=9
@@ -127,7 +135,20 @@ def circle_figure(review: Review) -> Figure | None:
     trace = line(column(heading[order]), cost[order], "candidate", "")
     trace |= {"mode": "lines+markers", "marker": {"size": 6}}
     trace["hovertemplate"] = "%{x:.0f} deg, cost %{y:.4~g}<extra>candidate</extra>"
-    figure = plane([trace], "heading at the start, deg", "cost above the lowest, no unit (log)", 340)
+    sampled = sampled_curve(alignment)
+    order = np.argsort((alignment.heading_deg + sampled.offset_deg) % 360.0)
+    conditional = line(
+        column(((alignment.heading_deg + sampled.offset_deg) % 360.0)[order]),
+        np.maximum(sampled.cost, _LOWEST_COST)[order],
+        "posterior",
+        "",
+        ACCENT,
+    )
+    conditional["hovertemplate"] = "%{x:.2f} deg, cost %{y:.4~g}<extra>posterior</extra>"
+    trace["name"] = "wide candidates"
+    figure = plane(
+        [trace, conditional], "heading at the start, deg", "cost above the lowest, no unit (log)", 340
+    )
     figure["layout"]["yaxis"] |= {"type": "log", "dtick": 1, "tickformat": "~g"}
     figure["layout"]["xaxis"] |= {"range": [-5, 365], "tickvals": list(range(0, 361, 45))}
     figure["layout"]["shapes"] = [level(_RIVAL, WARM)]

@@ -42,7 +42,7 @@ struct HeadingCandidate {
   double heading_std_rad = 0.0;  // 0: conditional, places the minimum; wide: finds the basin
   bool gated = false;      // else a wrong heading cannot lock out the fixes that show it; the score is bounded anyway
   GateScales gate_scales;  // of the score, and of the filter when gated
-  FlightParameters parameters;
+  FlightParameters parameters = {};
 };
 
 // What one update adds to the cost.

@@ -7,9 +7,10 @@
 //   circle   wide candidates over the whole circle confirm or find the basins: eight and two harmonics (Eq. 60), or the
 //            whole grid where those do not fit;
 //   open     conditional candidates (heading variance zero) that use every fix, whatever the heading: the successive
-//            quadratic fit, in psi_0 alone or with theta (Eq. 58);
-//   gated    from there, with the outlier treatment of the final filter, so that a few bad fixes do not decide;
-//   theta's fit over, the score's gradient by blocks of the log says whether its curvature can be trusted (Eq. 63);
+//            quadratic fit in psi_0 alone;
+//   fine     from there, with theta (Eq. 58); or, where that is given, with the outlier treatment of the final filter, so that a
+//            few bad fixes do not decide. What the score's gradient does over the log says whether sigmas found with theta
+//            can be trusted (Eq. 63);
 //   density  conditional candidates around the minimum and over the circle: interval, modes, mean (Eq. 61).
 // Source: TAES IV-E, DRONES (9)-(12), 3.1, 4.2.
 // SPDX-License-Identifier: Apache-2.0
@@ -97,7 +98,7 @@ class HeadingSearch {
   HeadingResult result() const;
 
  private:
-  enum class Stage { scales, circle, whole_circle, open, gated, density, done };
+  enum class Stage { scales, circle, whole_circle, open, fine, density, done };
 
   struct Basin {
     double heading_rad, latency_s, cost;
@@ -118,9 +119,6 @@ class HeadingSearch {
   };
 
   bool joint() const { return !variables_.empty(); }
-  void ask_scales();
-  void ask_circle();
-  void ask_whole_circle();
   void ask_fit();
   void ask_density();
   void tell_scales(const std::vector<double>& costs);
@@ -128,7 +126,7 @@ class HeadingSearch {
   void tell_fit(const std::vector<double>& costs, const std::vector<CandidateScore>& scores);
   void tell_density(const std::vector<double>& costs);
   void start_fit(double heading_rad, const FlightParameters& parameters);
-  void start_gated();
+  void start_fine();
   void finish_fit(const std::vector<CandidateScore>& scores);
   bool joins_a_fit() const;
   void next_basin();
@@ -136,7 +134,6 @@ class HeadingSearch {
   double cost_of(const HeadingCandidate& candidate, double negative_log_likelihood) const;
   HeadingCandidate conditional(double heading_rad, const FlightParameters& parameters) const;
   HeadingCandidate candidate_at(const SurfaceVector& x) const;
-  std::vector<double> circle_latencies() const;
 
   HeadingSearchOptions options_;
   std::vector<double FlightParameters::*> variables_;  // searched besides the heading
