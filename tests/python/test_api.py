@@ -41,7 +41,14 @@ def test_alignment_is_near_the_truth(case: SimulatedCase) -> None:
     assert a.heading_std_deg is not None
     assert abs(error) < 4.0 * a.heading_std_deg < 1.0
     assert a.evaluations == a.curve_cost.size == a.curve_heading_deg.size == a.curve_gated.size
-    assert a.curve_gated[-1] and not a.curve_gated[0]
+    assert not a.curve_gated.any()  # with noise scales of its own no candidate needs the final filter's gate
+    latency = a.gnss_latency_std_s
+    assert latency is not None
+    assert abs(a.gnss_latency_s) < 4.0 * latency < 0.02
+    assert a.mean_deg == pytest.approx(a.heading_deg, abs=0.5 * a.heading_std_deg)
+    low, high = np.rad2deg(a.engine.interval_95_rad)
+    assert high - low == pytest.approx(2 * 1.96 * a.heading_std_deg, rel=0.1)
+    assert a.start == "static"
     assert math.isclose(a.mode_mass.sum(), 1.0)
 
 
@@ -116,8 +123,10 @@ def test_flight_from_arrays_gives_the_same_as_from_files(case: SimulatedCase) ->
     arrays = arrays_of(from_file)
     flight = liealign.flight_from_arrays(**arrays, config=from_file.config)
     again = liealign.align_heading(flight)
-    # Standard deviations and angles go through a root and through degrees: last bits differ (1 nm in ECEF).
-    assert again.heading_deg == pytest.approx(case.alignment.heading_deg, abs=1e-7)
+    # Standard deviations and angles go through a root and through degrees: last bits differ (1 nm in ECEF), and with them
+    # where the search settles.
+    assert again.heading_std_deg is not None
+    assert again.heading_deg == pytest.approx(case.alignment.heading_deg, abs=0.1 * again.heading_std_deg)
 
 
 @pytest.mark.parametrize(
@@ -249,7 +258,12 @@ def test_prepared_flight_says_what_it_found(case: SimulatedCase) -> None:
     assert prepared.rests.shape == (2, 2) and prepared.gaps.shape == (0, 2)
     assert prepared.t_begin_s < prepared.t_start_s < prepared.t_end_s
     assert prepared.imu_rate_hz == pytest.approx(100.0, rel=1e-6)
-    assert (prepared.latency_s, prepared.imu_noise_scale, prepared.gnss_std_scale) == (0.0, 1.0, 1.0)
+    assert prepared.latency_s == pytest.approx(0.0, abs=0.05)  # of the coarse stage
+    assert (prepared.imu_noise_scale, prepared.gnss_std_scale) == (1.0, 1.0)
+    assert prepared.start == "static" and "rests" in prepared.start_reason
+    mode = prepared.coarse.modes[0]
+    error = wrap_deg(np.rad2deg(mode.heading_rad) - case.alignment.heading_deg)
+    assert abs(error) < 4.0 * np.rad2deg(mode.heading_std_rad) < 45.0
 
 
 def test_alignment_json_is_what_to_dict_gives(case: SimulatedCase) -> None:

@@ -54,9 +54,15 @@ inline ImuCursor cursor_at(const ImuSeries& imu, double t_s) {
   return {static_cast<std::size_t>(std::upper_bound(imu.begin() + 1, imu.end(), t_s, later) - imu.begin()), t_s};
 }
 
-// Of the sample that has led to the cursor, rad/s, as measured: on a stamp the cursor is already at the next one.
+// At the time of the cursor, rad/s, as measured: samples are means, between the middles of two of them it is in between. A step
+// from sample to sample would be one of the score as well, when a latency moves all fixes over their stamps at once.
 inline Vector3d omega_at(const ImuSeries& imu, const ImuCursor& at) {
-  return imu[imu[at.k - 1].t_s == at.t_s ? at.k - 1 : at.k].omega_ib_b;
+  const std::size_t k = std::min(at.k, imu.size() - 1);
+  const auto middle = [&](std::size_t j) { return 0.5 * (imu[j - 1].t_s + imu[j].t_s); };
+  const std::size_t after = at.t_s < middle(k) ? k : std::min(k + 1, imu.size() - 1), before = after - 1;
+  if (before == 0) return imu[after].omega_ib_b;
+  const double share = (at.t_s - middle(before)) / (middle(after) - middle(before));
+  return imu[before].omega_ib_b + std::clamp(share, 0.0, 1.0) * (imu[after].omega_ib_b - imu[before].omega_ib_b);
 }
 
 enum class UpdateKind { position, velocity, zero_velocity, zero_rate };
