@@ -22,9 +22,18 @@ struct ScoringVisitor : SilentVisitor<Model> {
   }
 };
 
-// `motion` stands at t_begin_s and goes through the pre-tuning and the scored flight.
-template <typename Motion>
-CandidateScore evaluate(const AlignmentProblem& problem, Motion motion, const HeadingCandidate& candidate) {
+struct RecordingVisitor : SilentVisitor<Model> {
+  const FlightData& data;
+  std::vector<FixInnovation> innovations;
+
+  void updated(const Event& event, UpdateKind kind, const Innovation<double>& innovation) {
+    if (kind == UpdateKind::position) innovations.push_back({data.fixes[event.index].record, innovation.z.norm()});
+  }
+};
+
+// `motion` stands at t_begin_s and goes through the pre-tuning and, shown to the visitor, the scored flight.
+template <typename Motion, typename Visitor>
+void run(const AlignmentProblem& problem, Motion motion, const HeadingCandidate& candidate, Visitor& visitor) {
   const FlightData& data = problem.data;
   const FilterOptions scoring = with_gates(problem.filter, candidate.gate_scales);
   FilterOptions filter = candidate.gated ? scoring : ungated(scoring);
@@ -36,9 +45,13 @@ CandidateScore evaluate(const AlignmentProblem& problem, Motion motion, const He
   const Ekf<Model> ekf{filter.dynamics, filter.covariance_reset};
   motion.move_to(problem.t_start_s, ekf, belief, silent);
   set_heading(belief, candidate.heading_rad, candidate.heading_std_rad, data.l_ba_b);
-
-  ScoringVisitor visitor{{}, scoring, {}};
   forward_pass(motion, data, filter, belief, problem.t_end_s, visitor);
+}
+
+template <typename Motion>
+CandidateScore evaluate(const AlignmentProblem& problem, const Motion& motion, const HeadingCandidate& candidate) {
+  ScoringVisitor visitor{{}, with_gates(problem.filter, candidate.gate_scales), {}};
+  run(problem, motion, candidate, visitor);
   return {visitor.score.negative_log_likelihood, visitor.score.p_rms(), visitor.score.nis_90(),
           visitor.score.gate_scales(), visitor.score.positions};
 }
@@ -82,13 +95,27 @@ IntervalSeries preintegrate(const AlignmentProblem& problem) {
   return preintegrate(problem.data.imu, stops, at_rest.X.second.x, problem.filter.dynamics.noise);
 }
 
+namespace {
+
+// act(motion) with the motion that the problem has. `paper` has no closed form over an interval.
+template <typename Act>
+auto with_motion(const AlignmentProblem& problem, const Act& act) {
+  if (!problem.intervals.intervals.empty() && problem.filter.dynamics.mechanization == Mechanization::exact)
+    return act(ByIntervals(problem.intervals));
+  return act(BySamples{problem.data.imu, cursor_at(problem.data.imu, problem.t_begin_s)});
+}
+
+}  // namespace
+
 std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                                 const std::vector<HeadingCandidate>& candidates) {
-  // `paper` has no closed form over an interval.
-  if (!problem.intervals.intervals.empty() && problem.filter.dynamics.mechanization == Mechanization::exact) {
-    return evaluate_all(problem, ByIntervals(problem.intervals), candidates);
-  }
-  return evaluate_all(problem, BySamples{problem.data.imu, cursor_at(problem.data.imu, problem.t_begin_s)}, candidates);
+  return with_motion(problem, [&](const auto& motion) { return evaluate_all(problem, motion, candidates); });
+}
+
+std::vector<FixInnovation> fix_innovations(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
+  RecordingVisitor visitor{{}, problem.data, {}};
+  with_motion(problem, [&](const auto& motion) { run(problem, motion, candidate, visitor); });
+  return visitor.innovations;
 }
 
 }  // namespace liealign
