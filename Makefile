@@ -42,7 +42,7 @@ WHEEL_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/*.cmake) \
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo test format sanitized tidy wheel post bench reproduce clean
+.PHONY: help demo test format sanitized tidy wheel post bench alignment reproduce clean
 
 help:
 	@echo "make demo       simulate a flight, align it and show the result"
@@ -50,6 +50,7 @@ help:
 	@echo "make wheel      check that pip install . needs nothing but a compiler"
 	@echo "make post       the standalone executable, for this machine: build/release/liealign-post"
 	@echo "make bench      every benchmark; writes benchmarks/README.md (a quarter of an hour)"
+	@echo "make alignment  headings of thousands of simulated flights; writes benchmarks/alignment.md"
 	@echo "make reproduce  the papers' tables and figures (a later version)"
 	@echo "make clean      remove build/"
 
@@ -119,6 +120,11 @@ bench: $(BENCH_READY)
 	  -DLIEALIGN_NATIVE=ON -DLIEALIGN_BENCHMARKS=ON
 	cmake --build $(BENCH) --parallel $(JOBS)
 	$(BIN)/python benchmarks/run.py --build $(BENCH) $(BENCH_FLAGS)
+
+# Every case of benchmarks/alignment.py; a part of it: ALIGNMENT_FLAGS='--case given -n 50'.
+ALIGNMENT_FLAGS ?=
+alignment: $(INSTALLED)
+	$(BIN)/python benchmarks/alignment.py --jobs $(JOBS) --json $(BUILD)/alignment.json $(ALIGNMENT_FLAGS)
 
 reproduce:
 	@echo "make reproduce: the reproduction of the papers comes with a later version" >&2; exit 1

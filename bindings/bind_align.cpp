@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "floors.hpp"
 #include "liealign/align/heading_search.hpp"
+#include "liealign/align/ranking.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign::bindings {
@@ -105,11 +106,27 @@ void bind_candidates(py::module_& m) {
       .def_readonly("fixes", &CandidateScore::fixes);
 }
 
+void bind_ranking(py::module_& m) {
+  py::class_<FixInnovation>(m, "FixInnovation", "Row of a fix in the GNSS log, and the length of its innovation [m].")
+      .def(py::init<std::size_t, double>(), py::arg("record"), py::arg("norm_m"))
+      .def_readonly("record", &FixInnovation::record)
+      .def_readonly("norm_m", &FixInnovation::norm_m);
+
+  py::class_<RankedFilter>(m, "RankedFilter", "A filter by its place in the list, its P_RMS and the fixes it is of.")
+      .def_readonly("filter", &RankedFilter::filter)
+      .def_readonly("p_rms_m", &RankedFilter::p_rms_m, "Infinite when the filter failed.")
+      .def_readonly("fixes", &RankedFilter::fixes);
+  m.def("rank_innovations", &rank_by_p_rms, py::arg("filters"), py::arg("first_record"), py::arg("last_record"),
+        "Filters by the P_RMS (Eq. 34) of the fixes that all of them saw, the best first.\n\n"
+        "Raises Error when there is no such fix among those rows.");
+}
+
 }  // namespace
 
 void bind_align(py::module_& m) {
   bind_parameters(m);
   bind_candidates(m);
+  bind_ranking(m);
 
   py::class_<HeadingSearchOptions>(m, "HeadingSearchOptions",
                                    "Settings of a HeadingSearch; see heading_search_options.")

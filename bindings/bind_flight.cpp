@@ -129,6 +129,14 @@ void bind_raw_flight(py::module_& m) {
            "NaN has none.\n\n"
            "Only shapes are checked here (InputError); liealign.flight_from_arrays checks the values too.")
       .def_readonly("config", &Flight::config)
+      .def(
+          "with_config",
+          [](const Flight& flight, const Config& config) {
+            Flight other = flight;
+            other.config = config;
+            return other;
+          },
+          py::arg("config"), "The same log under another configuration; files that it names are not read again.")
       .def_readonly("warnings", &Flight::warnings)
       .def("imu", &imu_columns, "time_s (n,), omega_ib_b_rps (n, 3), f_ib_b_mps2 (n, 3), as logged.")
       .def("gnss", &gnss_columns,
@@ -216,6 +224,14 @@ void bind_flight(py::module_& m) {
       },
       py::arg("flight"), py::arg("candidates"), py::call_guard<py::gil_scoped_release>(),
       "One filter per candidate, in parallel; the result does not depend on the number of threads.");
+  m.def(
+      "fix_innovations",
+      [](const PreparedFlight& flight, const HeadingCandidate& candidate) {
+        return fix_innovations(flight.problem, candidate);
+      },
+      py::arg("flight"), py::arg("candidate"), py::call_guard<py::gil_scoped_release>(),
+      "The position innovation of each fix that the filter of a candidate saw, in time.\n\n"
+      "Raises NumericalError when the filter fails.");
 }
 
 }  // namespace liealign::bindings

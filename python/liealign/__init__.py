@@ -59,6 +59,7 @@ from liealign._core import (
 from liealign.comparison import ChannelError, Comparison, compare
 from liealign.drivers import align_heading, process, write_results
 from liealign.flight import flight_from_arrays, make_config, read_config, read_flight
+from liealign.ranking import FilterRank, rank_by_p_rms
 from liealign.report import report_html, write_report
 from liealign.solution import Alignment, Innovations, Solution, Trajectory
 from liealign.track import Track, read_trajectory
@@ -74,6 +75,7 @@ __all__ = [
     "ConfigField",
     "DroneFlight",
     "Error",
+    "FilterRank",
     "Flight",
     "GnssErrors",
     "HeadingCandidate",
@@ -108,6 +110,7 @@ __all__ = [
     "prepare_flight",
     "process",
     "random_flight",
+    "rank_by_p_rms",
     "read_config",
     "read_flight",
     "read_trajectory",

@@ -26,12 +26,24 @@ struct ScoringVisitor : SilentVisitor<Model> {
   }
 };
 
-// `motion` stands at t_begin_s and goes through the pre-tuning and the scored flight.
-template <typename Motion>
-CandidateScore evaluate(const AlignmentProblem& problem, Motion motion, const HeadingCandidate& candidate) {
+struct RecordingVisitor : SilentVisitor<Model> {
+  const FlightData& data;
+  std::vector<FixInnovation> innovations;
+
+  void updated(const Event& event, UpdateKind kind, const Innovation<double>& innovation) {
+    if (kind == UpdateKind::position) innovations.push_back({data.fixes[event.index].record, innovation.z.norm()});
+  }
+};
+
+FilterOptions scoring_options(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
+  return with_parameters(with_gates(problem.filter, candidate.gate_scales), candidate.parameters);
+}
+
+// `motion` stands at t_begin_s and goes through the pre-tuning and, shown to the visitor, the scored flight.
+template <typename Motion, typename Visitor>
+void run(const AlignmentProblem& problem, Motion motion, const HeadingCandidate& candidate, Visitor& visitor) {
   const FlightData data = with_parameters(problem.data, candidate.parameters, problem.t_start_s);
-  const FilterOptions scoring =
-      with_parameters(with_gates(problem.filter, candidate.gate_scales), candidate.parameters);
+  const FilterOptions scoring = scoring_options(problem, candidate);
   FilterOptions filter = candidate.gated ? scoring : opened(scoring);
   filter.reacquire_after = 0;  // every candidate scores the same fixes
   Belief<Model> belief = start_belief(problem, with_parameters(problem.initial, candidate.parameters),
@@ -43,8 +55,13 @@ CandidateScore evaluate(const AlignmentProblem& problem, Motion motion, const He
     motion.move_to(problem.t_start_s, ekf, belief, silent);
     set_heading(belief, candidate.heading_rad, candidate.heading_std_rad, data.l_ba_b);
   }
-  ScoringVisitor visitor{{}, scoring, {}, {}};
   forward_pass(motion, data, filter, belief, problem.t_end_s, visitor);
+}
+
+template <typename Motion>
+CandidateScore evaluate(const AlignmentProblem& problem, const Motion& motion, const HeadingCandidate& candidate) {
+  ScoringVisitor visitor{{}, scoring_options(problem, candidate), {}, {}};
+  run(problem, motion, candidate, visitor);
   return {visitor.score.negative_log_likelihood, visitor.score.p_rms(),   visitor.score.nis_90(),
           visitor.score.gate_scales(),           visitor.score.positions, std::move(visitor.terms)};
 }
@@ -159,6 +176,12 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                      with_parameters(problem.filter, p).dynamics.noise};
     return evaluate(problem, motion, candidates[i]);
   });
+}
+
+std::vector<FixInnovation> fix_innovations(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
+  RecordingVisitor visitor{{}, problem.data, {}};
+  run(problem, BySamples{problem.data.imu(), cursor_at(problem.data.imu(), problem.t_begin_s)}, candidate, visitor);
+  return visitor.innovations;
 }
 
 }  // namespace liealign

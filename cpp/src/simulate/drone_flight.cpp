@@ -96,7 +96,7 @@ Vector3d thrust_attitude(const Vector3d& f_n, double heading) {
 [[noreturn]] void refuse_tilt(double t, double cos_tilt, double max_tilt_deg) {
   throw Error("drone flight: tilt " + std::to_string(t) + " s after the start is " +
               std::to_string(std::acos(cos_tilt) * kRadToDeg) + " deg; expected at most max_tilt_deg = " +
-              std::to_string(max_tilt_deg) + "; lower speed_mps, wind_mps, gust_mps2 or drag_per_s");
+              std::to_string(max_tilt_deg) + "; lower speed_mps, gust_mps2, wind_mps or drag_per_s");
 }
 
 // Position by integration, attitude by (Eq. 44), at every fine step.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -76,5 +77,14 @@ IntervalSeries preintegrate(const AlignmentProblem& problem);
 // result does not depend on their number.
 std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                                 const std::vector<HeadingCandidate>& candidates);
+
+// Of one fix: the row of the GNSS log that it came from, and the length of its position innovation.
+struct FixInnovation {
+  std::size_t record = 0;
+  double norm_m = 0.0;  // |z| of (Eq. 34)
+};
+
+// What the filter of one candidate was surprised by, fix by fix in time. Throws NumericalError when the filter fails.
+std::vector<FixInnovation> fix_innovations(const AlignmentProblem& problem, const HeadingCandidate& candidate);
 
 }  // namespace liealign
