@@ -123,7 +123,7 @@ def test_flight_from_arrays_gives_the_same_as_from_files(case: SimulatedCase) ->
     arrays = arrays_of(from_file)
     flight = liealign.flight_from_arrays(**arrays, config=from_file.config)
     again = liealign.align_heading(flight)
-    # Standard deviations and angles go through a root and through degrees: last bits differ (1 nm in ECEF), and with them
+    # Standard deviations and angles go through a root and degrees: last bits differ (1 nm), and with them
     # where the search settles.
     assert again.heading_std_deg is not None
     assert again.heading_deg == pytest.approx(case.alignment.heading_deg, abs=0.1 * again.heading_std_deg)

@@ -24,14 +24,14 @@ constexpr double kCorrelated =
     2.0;  // second differences share fixes: about as many sigmas as independent ones would have
 
 using Unknowns = Vector<double, 9>;  // delta, b_g, b_a of (Eq. 57)
-using Normal = SquareMatrix<double, 9>;
+using NormalMatrix = SquareMatrix<double, 9>;
 
 // The fit of one window at one latency.
 struct WindowFit {
   Matrix3d R = Matrix3d::Identity();  // n to L at the window's begin
   Vector3d b_g = Vector3d::Zero(), b_a = Vector3d::Zero();
   double scale = std::numeric_limits<double>::infinity();  // of the residuals, m/s^2
-  Normal covariance = Normal::Zero();
+  NormalMatrix covariance = NormalMatrix::Zero();
   double modulus = 0.0, excitation = 0.0;
   std::size_t vectors = 0;
 };
@@ -55,14 +55,14 @@ Matrix3d wahba(const std::vector<ForcePair>& pairs) {
   return svd.matrixU() * Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
 }
 
-double median(std::vector<double> values) {
+double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
 // Residual of (Eq. 57) at the biases found so far.
-Vector3d residual(const WindowFit& fit, const ForcePair& p) {
+Vector3d residual_of(const WindowFit& fit, const ForcePair& p) {
   const Vector3d predicted = fit.R * p.alpha;
   return p.beta - predicted + p.beta.cross(p.G * fit.b_g) - p.C * fit.b_a;
 }
@@ -76,9 +76,9 @@ WindowFit fit_window(const std::vector<ForcePair>& pairs, double gyro_std, doubl
   constexpr double kHuber = 1.5;
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> sizes;
-    for (const ForcePair& p : pairs) sizes.push_back(residual(fit, p).norm());
-    fit.scale = std::max(median(sizes) / 1.54, 1e-3);  // median of the norm of three normal numbers
-    Normal N = Normal::Zero();
+    for (const ForcePair& p : pairs) sizes.push_back(residual_of(fit, p).norm());
+    fit.scale = std::max(median_of(sizes) / 1.54, 1e-3);  // median of the norm of three normal numbers
+    NormalMatrix N = NormalMatrix::Zero();
     Unknowns rhs = Unknowns::Zero();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const ForcePair& p = pairs[i];
@@ -88,24 +88,24 @@ WindowFit fit_window(const std::vector<ForcePair>& pairs, double gyro_std, doubl
       // beta = R alpha + d/d(delta) + ...: exp(delta) R alpha, beta x (-G b_g), C b_a
       J << -hat(Vector3d(fit.R * p.alpha)), -hat(p.beta) * p.G, p.C;
       N += weight * J.transpose() * J;
-      rhs += weight * J.transpose() * residual(fit, p);
+      rhs += weight * J.transpose() * residual_of(fit, p);
     }
-    Normal prior = Normal::Zero();
+    NormalMatrix prior = NormalMatrix::Zero();
     prior.diagonal() << Vector3d::Zero(), Vector3d::Constant(1.0 / (gyro_std * gyro_std)),
         Vector3d::Constant(1.0 / (accel_std * accel_std));
     Unknowns biases;
     biases << Vector3d::Zero(), fit.b_g, fit.b_a;
-    const Eigen::LDLT<Normal> ldlt(N + prior);
+    const Eigen::LDLT<NormalMatrix> ldlt(N + prior);
     const Unknowns step = ldlt.solve(rhs - prior * biases);
     fit.R = gamma<0>(Vector3d(step.head<3>())) * fit.R;
     fit.b_g += step.segment<3>(3);
     fit.b_a += step.tail<3>();
-    if (round + 1 == kRounds) fit.covariance = kCorrelated * kCorrelated * ldlt.solve(Normal::Identity());
+    if (round + 1 == kRounds) fit.covariance = kCorrelated * kCorrelated * ldlt.solve(NormalMatrix::Identity());
   }
   double cross = 0.0, a2 = 0.0, b2 = 0.0;
   for (const ForcePair& p : pairs) {
     const Vector3d f_n = fit.R.transpose() * p.beta;
-    const double weight = residual(fit, p).norm() < 6.0 * fit.scale ? 1.0 : 0.0;
+    const double weight = residual_of(fit, p).norm() < 6.0 * fit.scale ? 1.0 : 0.0;
     cross += weight * f_n.head<2>().dot(p.alpha.head<2>());
     a2 += weight * p.alpha.head<2>().squaredNorm();
     b2 += weight * f_n.head<2>().squaredNorm();
@@ -121,7 +121,7 @@ double heading_std(const WindowFit& fit) {
   return std::sqrt(down_L.dot(fit.covariance.topLeftCorner<3, 3>() * down_L));
 }
 
-struct Window {
+struct LaggedWindow {
   double begin_s, end_s;
   std::vector<WindowFit> fits;  // one per latency
   std::vector<double> cost;     // negative log likelihood of the latency, up to a constant
@@ -137,9 +137,9 @@ struct Lags {
 };
 
 // Every window of this length, half of it apart, at every latency.
-std::vector<Window> solve_windows(const ForceVectors& vectors, double begin_s, double end_s, double window_s,
-                                  const Lags& lags, double gyro_std, double accel_std) {
-  std::vector<Window> windows;
+std::vector<LaggedWindow> solve_windows(const ForceVectors& vectors, double begin_s, double end_s, double window_s,
+                                        const Lags& lags, double gyro_std, double accel_std) {
+  std::vector<LaggedWindow> windows;
   for (double begin = begin_s; windows.empty() || begin + 0.5 * window_s < end_s; begin += 0.5 * window_s) {
     windows.push_back({begin, std::min(begin + window_s, end_s), std::vector<WindowFit>(lags.size()),
                        std::vector<double>(lags.size(), 0.0)});
@@ -147,7 +147,7 @@ std::vector<Window> solve_windows(const ForceVectors& vectors, double begin_s, d
   const auto n = static_cast<std::ptrdiff_t>(windows.size() * lags.size());
 #pragma omp parallel for schedule(dynamic, 4)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    Window& w = windows[static_cast<std::size_t>(i) / lags.size()];
+    LaggedWindow& w = windows[static_cast<std::size_t>(i) / lags.size()];
     const std::size_t j = static_cast<std::size_t>(i) % lags.size();
     const WindowFit fit = w.fits[j] = fit_window(vectors.pairs(w.begin_s, w.end_s, lags[j]), gyro_std, accel_std);
     // Each vector is a residual of three numbers, of which half are independent.
@@ -156,24 +156,24 @@ std::vector<Window> solve_windows(const ForceVectors& vectors, double begin_s, d
   return windows;
 }
 
-std::vector<double> total_cost(const std::vector<Window>& windows) {
+std::vector<double> total_cost(const std::vector<LaggedWindow>& windows) {
   std::vector<double> total(windows.front().cost.size(), 0.0);
-  for (const Window& w : windows) {
+  for (const LaggedWindow& w : windows) {
     for (std::size_t j = 0; j < total.size(); ++j) total[j] += w.cost[j];
   }
   return total;
 }
 
-std::size_t lowest(const std::vector<double>& cost) {
+std::size_t lowest_cost(const std::vector<double>& cost) {
   return static_cast<std::size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
 }
 
 // What all windows together say of the gyro bias beyond the one integrated without; their covariance includes the prior.
-Vector3d common_gyro_bias(const std::vector<Window>& windows, std::size_t lag, double gyro_std) {
+Vector3d common_gyro_bias(const std::vector<LaggedWindow>& windows, std::size_t lag, double gyro_std) {
   const Matrix3d prior = Matrix3d::Identity() / (gyro_std * gyro_std);
   Matrix3d information = prior;
   Vector3d sum = Vector3d::Zero();
-  for (const Window& w : windows) {
+  for (const LaggedWindow& w : windows) {
     const WindowFit& f = w.fits[lag];
     if (f.vectors < kFewest) continue;
     const Matrix3d own = f.covariance.block<3, 3>(3, 3).llt().solve(Matrix3d::Identity());
@@ -205,13 +205,14 @@ CoarseAlignment coarse_alignment(const ImuSeries& imu, const std::vector<GnssFix
     for (double window_s = kShort_s; window_s < 0.8 * options.window_s; window_s *= 2.5) {
       const ForceVectors short_ones(imu, fixes, l_ba_b, t_ref_s, t_end_s, out.b_g_rps);
       const Lags few{4.0 * kStep_s, static_cast<int>(options.max_lag_s / (4.0 * kStep_s))};
-      const std::vector<Window> found = solve_windows(short_ones, t_ref_s, t_end_s, window_s, few, gyro_std, accel_std);
-      out.b_g_rps += common_gyro_bias(found, lowest(total_cost(found)), gyro_std);
+      const std::vector<LaggedWindow> found =
+          solve_windows(short_ones, t_ref_s, t_end_s, window_s, few, gyro_std, accel_std);
+      out.b_g_rps += common_gyro_bias(found, lowest_cost(total_cost(found)), gyro_std);
       gyro_std *= 0.3;
     }
   }
   const ForceVectors vectors(imu, fixes, l_ba_b, t_ref_s, t_end_s, out.b_g_rps);
-  const std::vector<Window> windows =
+  const std::vector<LaggedWindow> windows =
       solve_windows(vectors, t_ref_s, t_end_s, options.window_s, lags, gyro_std, accel_std);
   const std::vector<double> total = total_cost(windows);
   const auto refined = [&](const std::vector<double>& cost, std::size_t j, double& std) {
@@ -227,13 +228,13 @@ CoarseAlignment coarse_alignment(const ImuSeries& imu, const std::vector<GnssFix
   };
 
   // Heading at t_ref of a window's fit, and its sigma with what the gyros drift by until the window begins.
-  const auto at_reference = [&](const Window& w, const WindowFit& f, double& std) {
+  const auto at_reference = [&](const LaggedWindow& w, const WindowFit& f, double& std) {
     const Matrix3d C_b_n = f.R.transpose() * gamma<0>(Vector3d(vectors.G_at(w.begin_s) * f.b_g));
     const double drift = std::sqrt(f.covariance.block<3, 3>(3, 3).trace() / 3.0) * (w.begin_s - t_ref_s);
     std = std::hypot(heading_std(f), drift);
     return rpy_from_C_b_n(C_b_n);
   };
-  const std::size_t common = lowest(total);
+  const std::size_t common = lowest_cost(total);
   double common_std = 0.0;
   const double common_latency = refined(total, common, common_std);
 
@@ -254,9 +255,9 @@ CoarseAlignment coarse_alignment(const ImuSeries& imu, const std::vector<GnssFix
     out.modes.push_back({wrap_pi(heading), std::max(kLeastStd_rad, std), latency, latency_std, info});
   };
   for (const bool own_latency : {false, true}) {
-    for (const Window& w : windows) {
+    for (const LaggedWindow& w : windows) {
       double latency_std = common_std;
-      const std::size_t j = own_latency ? lowest(w.cost) : common;
+      const std::size_t j = own_latency ? lowest_cost(w.cost) : common;
       const WindowFit& f = w.fits[j];
       if (f.vectors < kFewest) continue;
       const double latency = own_latency ? refined(w.cost, j, latency_std) : common_latency;

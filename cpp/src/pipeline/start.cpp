@@ -15,13 +15,13 @@ namespace {
 
 constexpr double kNudge_m = 0.5;  // a vehicle pushed about on its place
 
-std::string seconds(double t) {
+std::string seconds_text(double t) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1f", t);
   return text;
 }
 
-double reach(const RestStatistics& at, const Config& config) {
+double reach_of(const RestStatistics& at, const Config& config) {
   return kNudge_m + config.rest.gnss_drift_sigma * std::sqrt(at.R_p_e.trace());
 }
 
@@ -35,7 +35,7 @@ std::optional<RestStatistics> last_rest_before_motion(const Config& config, cons
     // A nudge ends a rest without a motion: go on to the next one while no fix in between has left the place.
     const auto left = [&](const GnssFix& f) {
       return f.t_s > chosen->period.end_s && f.t_s <= r.end_s &&
-             (f.p_ea_e - chosen->p_ea_e).norm() > reach(*chosen, config);
+             (f.p_ea_e - chosen->p_ea_e).norm() > reach_of(*chosen, config);
     };
     if (chosen && std::any_of(data.fixes.begin(), data.fixes.end(), left)) break;
     chosen = statistics;
@@ -48,13 +48,13 @@ bool moved_before(const RestStatistics& rest, const Config& config, const std::v
   int away = 0;
   for (const GnssFix& f : fixes) {
     if (f.t_s >= rest.period.begin_s) return false;
-    away = (f.p_ea_e - rest.p_ea_e).norm() > reach(rest, config) ? away + 1 : 0;
+    away = (f.p_ea_e - rest.p_ea_e).norm() > reach_of(rest, config) ? away + 1 : 0;
     if (away == 3) return true;
   }
   return false;
 }
 
-double median(std::vector<double> values) {
+double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -69,11 +69,11 @@ Start choose_start(const Config& config, const FlightData& data, const std::vect
   if (config.align.start == "static") {
     if (rest) return {false, rest->period, rest->period.end_s, "align.start is \"static\""};
     throw InputError("align.start is \"static\" and the log holds no rest of at least " +
-                     seconds(config.rest.min_duration_s) +
+                     seconds_text(config.rest.min_duration_s) +
                      " s with fixes; see the keys of [rest], or set align.start = \"auto\" (--start auto)");
   }
   if (!rest) return {true, {}, first_fix_s, "the log holds no rest with fixes"};
-  const std::string span = seconds(rest->period.begin_s) + " s to " + seconds(rest->period.end_s) + " s";
+  const std::string span = seconds_text(rest->period.begin_s) + " s to " + seconds_text(rest->period.end_s) + " s";
   if (moved_before(*rest, config, data.fixes))
     return {true, {}, first_fix_s, "the vehicle moves before its first rest, " + span};
   return {false, rest->period, rest->period.end_s, "the vehicle rests from " + span};
@@ -106,11 +106,11 @@ MotionStatistics motion_statistics(const std::vector<GnssFix>& fixes, double t_s
       for (std::size_t j = 0; j < i && !first[i].has_velocity; ++j)
         slopes.push_back((first[i].p_ea_e[axis] - first[j].p_ea_e[axis]) / (first[i].t_s - first[j].t_s));
     }
-    m.v_ea_e[axis] = slopes.empty() ? 0.0 : median(slopes);
+    m.v_ea_e[axis] = slopes.empty() ? 0.0 : median_of(slopes);
     for (double& s : slopes) s = std::abs(s - m.v_ea_e[axis]);
-    spread = std::max(spread, slopes.empty() ? 0.0 : 1.5 * median(slopes));
+    spread = std::max(spread, slopes.empty() ? 0.0 : 1.5 * median_of(slopes));
     for (const GnssFix& f : first) positions.push_back(f.p_ea_e[axis] - m.v_ea_e[axis] * (f.t_s - t_s));
-    m.p_ea_e[axis] = median(positions);
+    m.p_ea_e[axis] = median_of(positions);
   }
   m.velocity_std_mps = std::max(kVelocityStd_mps, 2.0 * spread);
   m.position_std_m = std::max(kPositionStd_m, kSpan_s * spread) + std::sqrt(first.front().R_p_e.trace());

@@ -74,7 +74,7 @@ def open_minimum(alignment: Alignment) -> float | None:
 
 
 def curve_figure(review: Review) -> Figure:
-    """Draw the posterior around the minimum (DRONES Fig. 4); with a sigma also the parabola and the interval."""
+    """Draw the posterior around the minimum (DRONES Fig. 4); with a sigma, parabola and interval."""
     alignment = review.alignment
     sampled, free = sampled_curve(alignment), open_curve(alignment)
     traces = []
