@@ -35,9 +35,7 @@ def test_car_heading_agrees_with_the_course(car: Path, cli: Cli, capsys: pytest.
     alignment = json.loads((cli.folder / "out" / "alignment.json").read_text(encoding="utf-8"))
     assert alignment["verdict"] == "aligned"
     latency_s = alignment["gnss_latency_s"]
-    assert (
-        -0.2 < latency_s < -0.1
-    )  # of the stamps of GNSS and reference
+    assert -0.2 < latency_s < -0.1  # of the stamps of GNSS and reference
     assert alignment["imu_noise_scale"] > 10.0  # of a sensor some classes below the profile's
 
     time, heading, north, east = columns(
@@ -133,8 +131,6 @@ def test_apm_aerobatics_have_an_honest_sigma(
     std = alignment["heading_std_deg"]
     error = np.abs(heading_errors(plane, cli.folder / "out", 8.0))
     with capsys.disabled():
-        print(
-            f"\napm: {alignment['verdict']}, sigma {std:.2f} deg, mean error {error.mean():.2f} deg"
-        )
+        print(f"\napm: {alignment['verdict']}, sigma {std:.2f} deg, mean error {error.mean():.2f} deg")
     assert abs(wrap_deg(alignment["heading_deg"] - reference)) < 3.0 * np.hypot(std, 1.5)
     assert error.mean() <= 4.0
