@@ -227,7 +227,9 @@ void bind_flight(py::module_& m) {
   m.def(
       "fix_innovations",
       [](const PreparedFlight& flight, const HeadingCandidate& candidate) {
-        return fix_innovations(flight.problem, candidate);
+        AlignmentProblem problem = flight.problem;
+        problem.data = flight.data;  // every fix, whatever the alignment leaves out
+        return fix_innovations(problem, candidate);
       },
       py::arg("flight"), py::arg("candidate"), py::call_guard<py::gil_scoped_release>(),
       "The position innovation of each fix that the filter of a candidate saw, in time.\n\n"

@@ -37,7 +37,15 @@ def test_run_prints_the_verdict_first_and_writes_the_files(files: Files, cli: Cl
     assert (outcome.code, outcome.err) == (0, "")
     lines = outcome.out.splitlines()
     assert lines[0].startswith("heading   aligned: 137.0")
-    assert [line.split()[0] for line in lines[1:]] == ["fixes", "P_RMS", "sigma", "span", "results"]
+    assert [line.split()[0] for line in lines[1:]] == [
+        "start",
+        "latency",
+        "fixes",
+        "P_RMS",
+        "sigma",
+        "span",
+        "results",
+    ]
     assert "\x1b" not in outcome.out
     assert written(files.folder / "out/of/many") == RESULTS | REPORT
 

@@ -231,20 +231,13 @@ def test_left_handed_axes_are_named(files: Files, main: MainInProcess) -> None:
     assert message.startswith('--axes: imu.axes is "FRU", a left-handed set of axes; expected')
 
 
-def test_start_in_motion_is_refused_by_name(files: Files, main: MainInProcess) -> None:
-    assert refused(main, "FLIGHT.toml", "--start", "moving") == (
-        'align.start is "moving", which this version does not have; '
-        "it starts from a rest of at least rest.min_duration_s"
-    )
-
-
 def test_flight_without_rest(files: Files, main: MainInProcess) -> None:
     for name in ("imu.csv", "gnss.csv"):
         header, *rows = files.lines(name)
         files.write(name, [header, *(row for row in rows if 1025.0 < float(row.split(",")[0]) < 1080.0)])
-    assert refused(main) == (
-        "the log holds no rest; this version starts from a rest of at least 5.000 s with fixes "
-        "(see the keys of [rest])"
+    assert refused(main, "FLIGHT.toml", "--start", "static") == (
+        'align.start is "static" and the log holds no rest of at least 5.0 s with fixes; '
+        'see the keys of [rest], or set align.start = "auto" (--start auto)'
     )
 
 

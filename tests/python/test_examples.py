@@ -48,7 +48,8 @@ def test_heading_only(files: Files) -> None:
 def test_from_arrays(files: Files) -> None:
     out = run(files, "from_arrays.py")
     assert re.match(r"aligned: (249\.|250\.)", out)
-    assert "solution.C_b_e: (10001, 3, 3)" in out
+    # The last fix is on the last sample: the estimated latency decides whether it is inside.
+    assert re.search(r"solution\.C_b_e: \((9951|10001), 3, 3\)", out)
 
 
 def test_compare_with_truth(files: Files) -> None:

@@ -146,9 +146,11 @@ def test_apm_x8(data_dir: Path, cli: Cli, post: Post) -> None:
     )
 
 
-def test_p4rtk_is_refused_with_the_same_words(data_dir: Path, cli: Cli, post: Post) -> None:
+def test_p4rtk_without_a_rest_is_refused_with_the_same_words(data_dir: Path, cli: Cli, post: Post) -> None:
     drone = data_dir / "p4rtk_full_dot7"
-    assert same_refusal(cli, post, "--imu", drone / "imu.csv", "--gnss", drone / "gnss.csv")
+    assert same_refusal(
+        cli, post, "--imu", drone / "imu.csv", "--gnss", drone / "gnss.csv", "--start", "static"
+    )
 
 
 # ---- refusals ----------------------------------------------------------------------------------------------
@@ -224,7 +226,7 @@ def test_bytes_that_are_no_text(files: Files, post: Post) -> None:
         ["--axes", "FRU"],
         ["--imu-model", "tactical"],
         ["--imu", "no/such.csv"],
-        ["--start", "moving"],
+        ["--start", "flying"],
         ["--format", "csv", "pos"],
         ["--format=sbet,las"],
         ["--start-time", "late"],

@@ -118,8 +118,7 @@ def test_config_json(files: Files, main: MainInProcess) -> None:
         "key": "gnss.latency_s",
         "type": 'number in [-10, 10] or "auto"',
         "unit": "s",
-        "meaning": "Delay of the time stamps, t_true = time_s - latency_s "
-        "(auto: 0 until estimated from the flight)",
+        "meaning": "Delay of the time stamps, t_true = time_s - latency_s (auto: estimated from the flight)",
         "default": "auto",
         "flag": "--gnss-latency",
     }

@@ -76,6 +76,7 @@ WindowFit fit_window(const std::vector<ForcePair>& pairs, double gyro_std, doubl
   constexpr double kHuber = 1.5;
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> sizes;
+    sizes.reserve(pairs.size());
     for (const ForcePair& p : pairs) sizes.push_back(residual_of(fit, p).norm());
     fit.scale = std::max(median_of(sizes) / 1.54, 1e-3);  // median of the norm of three normal numbers
     NormalMatrix N = NormalMatrix::Zero();
@@ -130,10 +131,10 @@ struct LaggedWindow {
 // The latencies that are tried.
 struct Lags {
   double step_s;
-  int half;
+  std::size_t half;
 
-  std::size_t size() const { return static_cast<std::size_t>(2 * half + 1); }
-  double operator[](std::size_t i) const { return (static_cast<int>(i) - half) * step_s; }
+  std::size_t size() const { return 2 * half + 1; }
+  double operator[](std::size_t i) const { return (static_cast<double>(i) - static_cast<double>(half)) * step_s; }
 };
 
 // Every window of this length, half of it apart, at every latency.
@@ -197,14 +198,13 @@ CoarseAlignment coarse_alignment(const ImuSeries& imu, const std::vector<GnssFix
   out.b_g_rps = b_g_rps.value_or(Vector3d::Zero());
   const double accel_std = options.accel_bias_std_mps2;
   constexpr double kStep_s = 0.05;
-  const Lags lags{kStep_s, static_cast<int>(std::round(options.max_lag_s / kStep_s))};
+  const Lags lags{kStep_s, static_cast<std::size_t>(std::round(options.max_lag_s / kStep_s))};
   double gyro_std = b_g_rps ? options.rest_gyro_bias_std_rps : options.gyro_bias_std_rps;
   if (!b_g_rps) {
     // Short windows first: in them a bias of degrees per second stays of first order.
-    constexpr double kShort_s = 12.0;
-    for (double window_s = kShort_s; window_s < 0.8 * options.window_s; window_s *= 2.5) {
+    for (const double window_s : {0.2 * options.window_s, 0.5 * options.window_s}) {
       const ForceVectors short_ones(imu, fixes, l_ba_b, t_ref_s, t_end_s, out.b_g_rps);
-      const Lags few{4.0 * kStep_s, static_cast<int>(options.max_lag_s / (4.0 * kStep_s))};
+      const Lags few{4.0 * kStep_s, static_cast<std::size_t>(options.max_lag_s / (4.0 * kStep_s))};
       const std::vector<LaggedWindow> found =
           solve_windows(short_ones, t_ref_s, t_end_s, window_s, few, gyro_std, accel_std);
       out.b_g_rps += common_gyro_bias(found, lowest_cost(total_cost(found)), gyro_std);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "liealign/earth/geodesy.hpp"
 #include "liealign/earth/gravity.hpp"
@@ -20,9 +21,9 @@ constexpr double kNode_s = 0.0075;
 
 }  // namespace
 
-ForceVectors::ForceVectors(const ImuSeries& imu, const std::vector<GnssFix>& fixes, const Vector3d& l_ba_b,
-                           double t_ref_s, double t_end_s, const Vector3d& b_g_rps)
-    : l_ba_b_(l_ba_b) {
+ForceVectors::ForceVectors(const ImuSeries& imu, const std::vector<GnssFix>& fixes, Vector3d l_ba_b, double t_ref_s,
+                           double t_end_s, const Vector3d& b_g_rps)
+    : l_ba_b_(std::move(l_ba_b)) {
   constexpr double kBeyond_s = 1.5;  // where a latency may reach
   integrate(imu, t_ref_s, t_end_s + kBeyond_s, b_g_rps);
   difference(fixes, t_ref_s - kBeyond_s, t_end_s + kBeyond_s);

@@ -79,6 +79,7 @@ std::vector<HeadingCandidate> coarse_circle(const HeadingSearchOptions& options,
 std::vector<HeadingCandidate> whole_circle(const HeadingSearchOptions& options, const FlightParameters& parameters) {
   std::vector<HeadingCandidate> candidates;
   const int n = static_cast<int>(std::ceil(2.0 * kPi / options.grid_step_rad - 1e-9));
+  candidates.reserve(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i) candidates.push_back({i * 2.0 * kPi / n, options.grid_std_rad, false, {}, parameters});
   return candidates;
 }

@@ -53,7 +53,7 @@ std::vector<Piece> pieces_of(const std::vector<PosteriorSample>& samples, double
 }
 
 // Headings from the antipode of psi on, so that the interval about psi is one piece.
-double quantile(std::vector<Piece> pieces, double psi, double share, double total) {
+double quantile(const std::vector<Piece>& pieces, double psi, double share, double total) {
   const double cut = psi - kPi;
   std::vector<Piece> turned;
   for (Piece p : pieces) {

@@ -19,8 +19,8 @@ struct ForcePair {
 class ForceVectors {
  public:
   // L: the body axes at t_ref_s. The gyros are integrated from there without the bias b_g_rps.
-  ForceVectors(const ImuSeries& imu, const std::vector<GnssFix>& fixes, const Vector3d& l_ba_b, double t_ref_s,
-               double t_end_s, const Vector3d& b_g_rps);
+  ForceVectors(const ImuSeries& imu, const std::vector<GnssFix>& fixes, Vector3d l_ba_b, double t_ref_s, double t_end_s,
+               const Vector3d& b_g_rps);
 
   // Of the fixes in [begin_s, end_s], each taken to be latency_s older than its t_s.
   std::vector<ForcePair> pairs(double begin_s, double end_s, double latency_s) const;
