@@ -44,7 +44,8 @@ TEST(Ranking, equals_keep_their_order_and_nothing_in_common_is_refused) {
 // Innovations of the bank are those its score is made of.
 TEST(Ranking, the_innovations_of_a_candidate_have_the_p_rms_of_its_score) {
   const SimulatedFlight simulated = table_1_flight(30.0, 3);
-  const PreparedFlight prepared = prepare_flight(simulated.flight);
+  PreparedFlight prepared = prepare_flight(simulated.flight);
+  prepared.problem.intervals = {};  // sample by sample, as the innovations are found
   const HeadingCandidate candidate{30.0 * kDegToRad, 0.02, false, {}};
   const std::vector<FixInnovation> fixes = fix_innovations(prepared.problem, candidate);
   const CandidateScore score = evaluate_candidates(prepared.problem, {candidate}).front();
