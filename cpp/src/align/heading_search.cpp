@@ -192,14 +192,45 @@ void HeadingSearch::tell_fit(const std::vector<double>& costs, const std::vector
   } else if (surface_ ? !surface_->done() : !line_->done()) {
     ask_fit();
   } else if (stage_ == Stage::open) {
-    start_fine();
+    if (joint()) {
+      start_fine();
+    } else {
+      ask_gates();
+    }
   } else {
     finish_fit(scores);
   }
 }
 
-// From the minimum of the open candidates. Where the noise is given, with gates that their own measure of how far it is off has
-// opened; else with theta, and still no fix is refused.
+// An outlier that an open filter has followed spoils what it says of the fixes after it, and so its own measure of the noise.
+// A tight filter that copes with the flight tells better; a wide heading keeps it from losing fixes by that.
+void HeadingSearch::ask_gates() {
+  stage_ = Stage::gates;
+  asked_.clear();
+  const GateScales most = best_.gate_scales;
+  for (double open = 1.0;; open *= 2.0) {
+    const GateScales gates{std::min(open, most.position), std::min(open, most.velocity)};
+    asked_.push_back({line_->best().x, options_.grid_std_rad, true, gates, base_});
+    if (open >= std::max(most.position, most.velocity)) break;
+  }
+}
+
+void HeadingSearch::tell_gates(const std::vector<CandidateScore>& scores) {
+  constexpr double kSlack = 1.5;  // of the 90 % point of a few dozen fixes
+  gate_scales_ = best_.gate_scales;
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    const GateScales &in_force = asked_[i].gate_scales, &found = scores[i].gate_scales;
+    const bool copes = std::isfinite(scores[i].cost) && found.position <= kSlack * in_force.position &&
+                       found.velocity <= kSlack * in_force.velocity;
+    if (!copes) continue;
+    gate_scales_ = found;
+    break;
+  }
+  start_fine();
+}
+
+// From the minimum of the open candidates: with the gates that tell_gates() has found, or with theta, and then still no fix is
+// refused.
 void HeadingSearch::start_fine() {
   stage_ = Stage::fine;
   const Parabola parabola = line_->parabola();
@@ -220,7 +251,6 @@ void HeadingSearch::start_fine() {
     }
     surface_.emplace(x, h, SurfaceLimits{});
   } else {
-    gate_scales_ = best_.gate_scales;
     line_.emplace(centre, step, kPi, options_.tolerance_rad, options_.max_evaluations);
   }
   best_ = {};
@@ -379,6 +409,9 @@ void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
     case Stage::open:
     case Stage::fine:
       tell_fit(costs, scores);
+      break;
+    case Stage::gates:
+      tell_gates(scores);
       break;
     case Stage::density:
       tell_density(costs);

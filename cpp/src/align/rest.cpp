@@ -111,6 +111,71 @@ ImuSeries::const_iterator first_after(const ImuSeries& imu, double t_s) {
   return std::upper_bound(imu.begin() + 1, imu.end(), t_s, [](double t, const ImuSample& s) { return t < s.t_s; });
 }
 
+// A component of the window means within a rest: its level next to one end, and what it scatters by about a slow drift.
+struct Level {
+  double median, scatter;
+};
+
+template <typename Component>
+Level level_of(const std::vector<Window>& rest, std::size_t from, std::size_t to, Component component) {
+  std::vector<double> values, jumps;
+  for (std::size_t i = from; i < to; ++i) {
+    values.push_back(component(rest[i]));
+    if (i > from) jumps.push_back(std::abs(values[i - from] - values[i - from - 1]));
+  }
+  const auto median = [](std::vector<double>& v) {
+    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+    std::nth_element(v.begin(), middle, v.end());
+    return *middle;
+  };
+  constexpr double kSigmaOfJumps = 1.0 / (0.6745 * 1.4142);  // of a normal law, from the median of |x_i - x_j|
+  return {median(values), kSigmaOfJumps * median(jumps)};
+}
+
+// How many windows at the end of a rest, next to its last one, are no longer at its level: a gentle take-off begins long before
+// it leaves the limits of a rest. Half of the rest at most.
+std::size_t leaving(const std::vector<Window>& rest) {
+  constexpr std::size_t kNear = 60, kInARow = 3;
+  constexpr double kSigmas = 5.0, kFloor_mps2 = 0.003, kFloor_rps = 5e-4;
+  const std::size_t n = rest.size(), from = n > kNear ? n - kNear : 0;
+  if (n < 4 * kInARow) return 0;
+  std::size_t last_away = 0, level = 0;
+  std::vector<bool> away(n, false);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Level f = level_of(rest, from, n, [&](const Window& w) { return w.mean_f[axis]; });
+    const Level omega = level_of(rest, from, n, [&](const Window& w) { return w.mean_omega[axis]; });
+    for (std::size_t i = from; i < n; ++i) {
+      if (std::abs(rest[i].mean_f[axis] - f.median) > kFloor_mps2 + kSigmas * f.scatter ||
+          std::abs(rest[i].mean_omega[axis] - omega.median) > kFloor_rps + kSigmas * omega.scatter)
+        away[i] = true;
+    }
+  }
+  for (std::size_t back = 1; back <= n / 2 && level < kInARow; ++back) {
+    level = away[n - back] ? 0 : level + 1;
+    if (away[n - back]) last_away = back;
+  }
+  return level < kInARow ? n / 2 : last_away;
+}
+
+// The part of a rest that is at its level, without a window more at either end that the log does not end itself: motion that
+// begins inside a window leaves it calm.
+RestPeriod without_its_ends(const RestPeriod& rest, const std::vector<Window>& all, const ImuSeries& imu) {
+  std::vector<Window> inside;
+  for (const Window& w : all) {
+    if (w.begin_s >= rest.begin_s && w.end_s <= rest.end_s + 1e-9) inside.push_back(w);
+  }
+  RestPeriod out = rest;
+  if (inside.empty()) return out;
+  const std::size_t after = leaving(inside);
+  if (after > 0) out.end_s = inside[inside.size() - after].begin_s;
+  std::reverse(inside.begin(), inside.end());
+  const std::size_t before = leaving(inside);
+  if (before > 0) out.begin_s = inside[inside.size() - before].end_s;
+  if (rest.begin_s > imu.front().t_s + kWindow_s) out.begin_s += kWindow_s;
+  if (rest.end_s < imu.back().t_s - kWindow_s) out.end_s -= kWindow_s;
+  return out;
+}
+
 bool calm(const Window& w, const RestLimits& limits) {
   return w.std_omega.maxCoeff() <= limits.gyro_std_rps && w.std_f.maxCoeff() <= limits.accel_std_mps2;
 }
@@ -129,7 +194,8 @@ std::vector<RestPeriod> find_rests(const ImuSeries& imu, const std::vector<GnssF
     if (open && period.end_s - period.begin_s >= limits.min_duration_s) rests.push_back(period);
     open = false;
   };
-  for (const Window& w : windows(imu)) {
+  const std::vector<Window> all = windows(imu);
+  for (const Window& w : all) {
     const bool connected = open && w.begin_s - period.end_s < kWindow_s;
     bool still = calm(w, limits);
     if (still && connected) {
@@ -152,12 +218,10 @@ std::vector<RestPeriod> find_rests(const ImuSeries& imu, const std::vector<GnssF
     reference.follow(w);
   }
   close();
-  // Motion that begins inside a window leaves it calm: a window less at either end that the log does not end itself.
   std::vector<RestPeriod> trimmed;
-  for (RestPeriod r : rests) {
-    if (r.begin_s > imu.front().t_s + kWindow_s) r.begin_s += kWindow_s;
-    if (r.end_s < imu.back().t_s - kWindow_s) r.end_s -= kWindow_s;
-    if (r.end_s - r.begin_s >= limits.min_duration_s) trimmed.push_back(r);
+  for (const RestPeriod& r : rests) {
+    const RestPeriod inner = without_its_ends(r, all, imu);
+    if (inner.end_s - inner.begin_s >= limits.min_duration_s) trimmed.push_back(inner);
   }
   return trimmed;
 }

@@ -30,8 +30,8 @@ const char* const kAll =
 std::vector<ImuProfile> make_profiles() {
   return {
       // TAES table I (chosen there after the ADIS16495 data sheet); turn-on from TAES P_0: three sigma are 15 deg/h and 1 mg.
-      {"adis16495", "Analog Devices ADIS16495, as in TAES table I", 0.09, 0.008, 0.8, 3.2, 15.0 / 3.0, 1.0 / 3.0,
-       "TAES table I and P_0, chosen there after the ADIS16495 data sheet", ""},
+      {"adis16495", "Analog Devices ADIS16495, as in TAES table I", 0.09, 0.008, 0.8, 3.2, 10.0, 0.5,
+       "TAES table I, chosen there after the ADIS16495 data sheet", ""},
 
       // -2: 0.15 deg/sqrt(h), 0.012 m/s/sqrt(h), 2.5 deg/h, 3.6 ug. Turn-on: over-temperature 1 sigma of the ADIS16470,
       // 0.2 deg/s and 4 mg.

@@ -8,6 +8,8 @@
 //            whole grid where those do not fit;
 //   open     conditional candidates (heading variance zero) that use every fix, whatever the heading: the successive
 //            quadratic fit in psi_0 alone;
+//   gates    where theta is given: how far the gates of the outlier treatment have to open for the noise as it is, by wide
+//            candidates with gates from tight to open, of which the first decides that finds its own gates wide enough;
 //   fine     from there, with theta (Eq. 58); or, where that is given, with the outlier treatment of the final filter, so that a
 //            few bad fixes do not decide. What the score's gradient does over the log says whether sigmas found with theta
 //            can be trusted (Eq. 63);
@@ -98,7 +100,7 @@ class HeadingSearch {
   HeadingResult result() const;
 
  private:
-  enum class Stage { scales, circle, whole_circle, open, fine, density, done };
+  enum class Stage { scales, circle, whole_circle, open, gates, fine, density, done };
 
   struct Basin {
     double heading_rad, latency_s, cost;
@@ -126,6 +128,8 @@ class HeadingSearch {
   void tell_fit(const std::vector<double>& costs, const std::vector<CandidateScore>& scores);
   void tell_density(const std::vector<double>& costs);
   void start_fit(double heading_rad, const FlightParameters& parameters);
+  void ask_gates();
+  void tell_gates(const std::vector<CandidateScore>& scores);
   void start_fine();
   void finish_fit(const std::vector<CandidateScore>& scores);
   bool joins_a_fit() const;

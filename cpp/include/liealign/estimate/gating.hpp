@@ -39,11 +39,11 @@ struct Gate {
 };
 
 // Where the fixes of a whole flight disagree with the filter more than its noise model says, the gate opens by as much: it is
-// there for the fixes that stand out, not for a noise model that is too small. By the 90 % point of the flight's NIS, which
-// up to a tenth of outliers does not move.
-inline double gate_scale(double nis_90) {
-  constexpr double kChiSquare3At90 = 6.251388631170325;
-  return nis_90 > kChiSquare3At90 ? nis_90 / kChiSquare3At90 : 1.0;
+// there for the fixes that stand out, not for a noise model that is too small. By the 80 % point of the flight's NIS, which
+// up to a fifth of outliers does not move: of thirty fixes a tenth may be bad where one in twenty is on average.
+inline double gate_scale(double nis_80) {
+  constexpr double kChiSquare3At80 = 4.641627676087445;
+  return nis_80 > kChiSquare3At80 ? nis_80 / kChiSquare3At80 : 1.0;
 }
 
 inline Gate scaled(const Gate& gate, double scale) { return {gate.outliers, gate.kappa * scale}; }

@@ -35,20 +35,21 @@ struct Score {
     ++positions;
   }
 
-  // 90 % point of a set of NIS, 6.25 where the noise model is right. nan for none.
-  static Scalar nis_90(std::vector<Scalar> sorted) {
+  // The `percent` point of a set of NIS; nan for none.
+  static Scalar nis_point(std::vector<Scalar> sorted, std::size_t percent) {
     if (sorted.empty()) return Scalar(std::numeric_limits<double>::quiet_NaN());
-    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(9 * sorted.size() / 10);
+    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(percent * sorted.size() / 100);
     std::nth_element(sorted.begin(), at, sorted.end());
     return *at;
   }
 
-  Scalar nis_90() const { return nis_90(position_nis); }
-  // Of few fixes the 90 % point is an outlier itself: then the gates stay as they are.
+  // 6.25 where the noise model is right.
+  Scalar nis_90() const { return nis_point(position_nis, 90); }
+  // Of few fixes the point may be an outlier itself: then the gates stay as they are.
   GateScales gate_scales() const {
     constexpr std::size_t kEnough = 20;
     const auto scale = [](const std::vector<Scalar>& nis) {
-      return nis.size() < kEnough ? 1.0 : gate_scale(static_cast<double>(nis_90(nis)));
+      return nis.size() < kEnough ? 1.0 : gate_scale(static_cast<double>(nis_point(nis, 80)));
     };
     return {scale(position_nis), scale(velocity_nis)};
   }
