@@ -96,8 +96,8 @@ TEST(ImuProfiles, the_default_is_table_1_of_the_paper_to_the_bit) {
   EXPECT_EQ(p.accel_vrw_mps_sqrt_h, 0.008);
   EXPECT_EQ(p.gyro_bias_instability_deg_h, 0.8);
   EXPECT_EQ(p.accel_bias_instability_ug, 3.2);
-  EXPECT_EQ(p.gyro_bias_turn_on_deg_h, 5.0);
-  EXPECT_EQ(p.accel_bias_turn_on_mg, 1.0 / 3.0);
+  EXPECT_EQ(p.gyro_bias_turn_on_deg_h, 10.0);
+  EXPECT_EQ(p.accel_bias_turn_on_mg, 0.5);
 }
 
 TEST(ImuProfiles, an_unknown_name_lists_them_all) {

@@ -42,6 +42,19 @@ std::vector<HeadingCandidate> scale_grid(const HeadingSearchOptions& options) {
   return grid;
 }
 
+std::vector<HeadingCandidate> latency_scan(const HeadingSearchOptions& options, const FlightParameters& parameters) {
+  constexpr int kHalf = 8;
+  std::vector<HeadingCandidate> candidates;
+  for (const HeadingSeed& seed : options.seeds) {
+    for (int i = -kHalf; i <= kHalf; ++i) {
+      FlightParameters late = parameters;
+      late.latency_s = seed.latency_s + kLatencyScan_s * i / kHalf;
+      candidates.push_back({seed.heading_rad, options.grid_std_rad, false, {}, late});
+    }
+  }
+  return candidates;
+}
+
 std::vector<double> circle_latencies(const HeadingSearchOptions& options) {
   constexpr double kSame_s = 0.1, kFarthest_s = 0.8, kStep_s = 0.2;
   if (!options.estimate_latency) return {0.0};

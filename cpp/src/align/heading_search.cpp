@@ -45,6 +45,9 @@ HeadingSearch::HeadingSearch(const HeadingSearchOptions& options) : options_(opt
   if (options.estimate_imu_noise || options.estimate_gnss_std) {
     stage_ = Stage::scales;
     asked_ = scale_grid(options);
+  } else if (options.estimate_latency && !options.seeds.empty()) {
+    stage_ = Stage::latency;
+    asked_ = latency_scan(options, start_);
   } else {
     asked_ = coarse_circle(options, start_);
   }
@@ -89,8 +92,31 @@ HeadingCandidate HeadingSearch::candidate_at(const SurfaceVector& x) const {
 void HeadingSearch::tell_scales(const std::vector<double>& costs) {
   start_ = asked_[lowest(costs)].parameters;
   start_.latency_s = 0.0;
-  stage_ = Stage::circle;
-  asked_ = coarse_circle(options_, start_);
+  if (options_.estimate_latency && !options_.seeds.empty() && !latency_scanned_) {
+    stage_ = Stage::latency;
+    asked_ = latency_scan(options_, start_);
+  } else {
+    stage_ = Stage::circle;
+    asked_ = coarse_circle(options_, start_);
+  }
+}
+
+// A latency that is off raises the noise scales that fit it: they are looked for again.
+void HeadingSearch::tell_latency(const std::vector<double>& costs) {
+  latency_scanned_ = true;
+  const auto each = static_cast<std::ptrdiff_t>(costs.size() / options_.seeds.size());
+  for (std::size_t i = 0; i < options_.seeds.size(); ++i) {
+    const auto first = costs.begin() + static_cast<std::ptrdiff_t>(i) * each;
+    const auto best = static_cast<std::size_t>(std::min_element(first, first + each) - costs.begin());
+    options_.seeds[i].latency_s = asked_[best].parameters.latency_s;
+  }
+  if (options_.estimate_imu_noise || options_.estimate_gnss_std) {
+    stage_ = Stage::scales;
+    asked_ = scale_grid(options_);
+  } else {
+    stage_ = Stage::circle;
+    asked_ = coarse_circle(options_, start_);
+  }
 }
 
 void HeadingSearch::tell_circle(const std::vector<double>& costs) {
@@ -401,6 +427,9 @@ void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
   switch (stage_) {
     case Stage::scales:
       tell_scales(costs);
+      break;
+    case Stage::latency:
+      tell_latency(costs);
       break;
     case Stage::circle:
     case Stage::whole_circle:

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace liealign {
 namespace {
@@ -26,7 +27,7 @@ SurfaceSearch::SurfaceSearch(const SurfaceVector& centre, const SurfaceVector& s
     : centre_(centre),
       steps_(steps),
       limits_(limits),
-      best_centre_(centre),
+      best_(centre),
       best_steps_(steps),
       best_y_(std::numeric_limits<double>::infinity()) {
   ask_stencil();
@@ -108,26 +109,29 @@ void SurfaceSearch::fit(const std::vector<double>& y) {
   centre_ = surface_.minimum;
 }
 
-// Back to the best centre with smaller steps.
-void SurfaceSearch::shrink() {
-  centre_ = best_centre_;
-  best_steps_ *= 0.4;
+// To the lowest point seen, with smaller steps.
+void SurfaceSearch::retreat() {
+  centre_ = best_;
+  best_steps_ *= 0.5;
   steps_ = best_steps_;
 }
 
 void SurfaceSearch::tell(const std::vector<double>& y) {
+  const std::vector<SurfaceVector> points = std::move(asked_);
   asked_.clear();
   ++rounds_;
   const bool finite = std::all_of(y.begin(), y.end(), [](double value) { return std::isfinite(value); });
+  const auto lowest = static_cast<std::size_t>(std::min_element(y.begin(), y.end()) - y.begin());
   constexpr double kRise = 0.5;  // nats that a new centre may lie higher
-  if (!finite || y[0] > best_y_ + kRise) {
-    shrink();
+  const bool rises = y[0] > best_y_ + kRise;
+  if (y[lowest] < best_y_) {
+    best_y_ = y[lowest];
+    best_ = points[lowest];
+    best_steps_ = steps_;
+  }
+  if (!finite || rises) {
+    retreat();
   } else {
-    if (y[0] < best_y_) {
-      best_y_ = y[0];
-      best_centre_ = centre_;
-      best_steps_ = steps_;
-    }
     fit(y);
   }
   if (!settled_ && rounds_ < limits_.max_rounds) ask_stencil();

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "liealign/align/heading_grids.hpp"
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
@@ -178,7 +179,7 @@ void thin(std::vector<GnssFix>& fixes) {
 
 // The fixes of the candidates: those that stay inside the scored flight whatever latency is tried.
 void make_problem_data(PreparedFlight& out) {
-  constexpr double kGuard_s = 0.2, kBlindGuard_s = 1.0;
+  constexpr double kGuard_s = kLatencyScan_s + 0.05, kBlindGuard_s = 1.0;
   AlignmentProblem& problem = out.problem;
   double guard = 0.0;
   if (!out.config.gnss.latency_s) {

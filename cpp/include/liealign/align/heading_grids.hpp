@@ -13,6 +13,10 @@ inline constexpr std::size_t kCoarseCircle = 8;  // headings of a ring
 // A coarse grid of scales, at the two best headings of the coarse stage or, without any, at four over the circle.
 std::vector<HeadingCandidate> scale_grid(const HeadingSearchOptions& options);
 
+// On either side of the latency of each seed: a gentle flight shows it less sharply than the coarse stage takes it for.
+inline constexpr double kLatencyScan_s = 0.4;
+std::vector<HeadingCandidate> latency_scan(const HeadingSearchOptions& options, const FlightParameters& parameters);
+
 // The latencies of the rings: those of the coarse stage; without it every fifth of a second.
 std::vector<double> circle_latencies(const HeadingSearchOptions& options);
 

@@ -4,6 +4,7 @@
 //
 // theta: what the logs leave open, GNSS latency and noise scales; given ones are not searched. In stages:
 //   scales   rough noise scales, at the headings that the coarse stage names;
+//   latency  where it is unknown, wide candidates on either side of what the coarse stage says of it, then the scales again;
 //   circle   wide candidates over the whole circle confirm or find the basins: eight and two harmonics (Eq. 60), or the
 //            whole grid where those do not fit;
 //   open     conditional candidates (heading variance zero) that use every fix, whatever the heading: the successive
@@ -100,7 +101,7 @@ class HeadingSearch {
   HeadingResult result() const;
 
  private:
-  enum class Stage { scales, circle, whole_circle, open, gates, fine, density, done };
+  enum class Stage { scales, latency, circle, whole_circle, open, gates, fine, density, done };
 
   struct Basin {
     double heading_rad, latency_s, cost;
@@ -124,6 +125,7 @@ class HeadingSearch {
   void ask_fit();
   void ask_density();
   void tell_scales(const std::vector<double>& costs);
+  void tell_latency(const std::vector<double>& costs);
   void tell_circle(const std::vector<double>& costs);
   void tell_fit(const std::vector<double>& costs, const std::vector<CandidateScore>& scores);
   void tell_density(const std::vector<double>& costs);
@@ -145,6 +147,7 @@ class HeadingSearch {
   std::vector<HeadingCandidate> asked_;
   std::vector<CurvePoint> curve_;
   FlightParameters start_;  // noise scales to start from
+  bool latency_scanned_ = false;
   std::vector<Basin> basins_;
   std::size_t basin_ = 0;
   GateScales gate_scales_;                // in force in this stage
