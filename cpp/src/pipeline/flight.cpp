@@ -308,6 +308,12 @@ PreparedFlight prepare_flight(Flight flight) {
       out.warnings.push_back(warning);
   }
   problem.initial = initial_std(config);
+  // Given noise is the constant one of the data sheet.
+  if (!config.imu.noise_scale) {
+    ImuNoise& noise = out.filter.dynamics.noise;
+    noise.shape =
+        std::make_shared<const NoiseShape>(noise_shape(data.imu(), noise, problem.t_start_s, problem.t_end_s));
+  }
   problem.filter = out.filter;
   drop_fixes_up_to(start, out);
   add_rest_updates(start, out);

@@ -17,6 +17,7 @@
 #include "liealign/ins/imu.hpp"
 #include "liealign/ins/interval_error.hpp"
 #include "liealign/ins/mechanization.hpp"
+#include "liealign/ins/noise_shape.hpp"
 
 namespace liealign {
 
@@ -56,11 +57,22 @@ inline WhiteDensity white_density(const ImuNoise& n, double gap_s) {
           n.gyro_arw * n.gyro_arw + n.gyro_gap_rps * n.gyro_gap_rps * gap_s};
 }
 
+// The same where and when a sample was taken.
+inline WhiteDensity white_density(const ImuNoise& n, const ImuSample& sample) {
+  if (!n.shape) return white_density(n, sample.gap_s);
+  const NoiseShape::Share share = n.shape->at(sample.t_s);
+  return {share.accel * n.accel_vrw * n.accel_vrw + n.accel_gap_mps2 * n.accel_gap_mps2 * sample.gap_s,
+          share.gyro * n.gyro_arw * n.gyro_arw + n.gyro_gap_rps * n.gyro_gap_rps * sample.gap_s};
+}
+
 // Variance of the mean input over dt (accelerometer first, as the biases).
-inline Vector<double, 6> input_variance(const ImuNoise& n, double dt, double gap_s = 0.0) {
-  const WhiteDensity d = white_density(n, gap_s);
+inline Vector<double, 6> input_variance(const WhiteDensity& d, double dt) {
   const double a = d.accel / dt, g = d.gyro / dt;
   return (Vector<double, 6>() << a, a, a, g, g, g).finished();
+}
+
+inline Vector<double, 6> input_variance(const ImuNoise& n, double dt, double gap_s = 0.0) {
+  return input_variance(white_density(n, gap_s), dt);
 }
 
 // What the biases gain over dt.
@@ -84,7 +96,7 @@ struct Ekf {
   NavTransition<Scalar> predict(Belief<Model>& belief, const ImuSample& sample, double dt) const {
     const NavTransition<Scalar> t =
         Model::step(belief.X, sample.omega_ib_b, sample.f_ib_b, dt, dynamics.mechanization, dynamics.gravity);
-    propagate_covariance(belief.P, t, dt, sample.gap_s);
+    propagate_covariance(belief.P, t, dt, white_density(dynamics.noise, sample));
     return t;
   }
 
@@ -153,8 +165,8 @@ struct Ekf {
   }
 
   // P <- [F B; 0 I] P [F B; 0 I]^T + [B Sigma B^T, 0; 0, Q_b], with the zeros and identities used.
-  void propagate_covariance(Covariance& P, const NavTransition<Scalar>& t, double dt, double gap_s = 0.0) const {
-    const Vector<Scalar, kBias> Sigma = input_variance(dynamics.noise, dt, gap_s).template cast<Scalar>();
+  void propagate_covariance(Covariance& P, const NavTransition<Scalar>& t, double dt, const WhiteDensity& white) const {
+    const Vector<Scalar, kBias> Sigma = input_variance(white, dt).template cast<Scalar>();
     const SquareMatrix<Scalar, kNav> P_nn = P.template topLeftCorner<kNav, kNav>();
     const Eigen::Matrix<Scalar, kNav, kBias> P_nb = P.template topRightCorner<kNav, kBias>();
     SquareMatrix<Scalar, kBias> P_bb = P.template bottomRightCorner<kBias, kBias>();

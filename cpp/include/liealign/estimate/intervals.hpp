@@ -27,7 +27,7 @@ Preintegrated<double> preintegrate_to(double end_s, const ImuSeries& imu, const 
   while (at.k < imu.size() && at.t_s < end_s) {
     const ImuSample& s = imu[at.k];
     const double to = std::min(s.t_s, end_s), dt = to - at.t_s;
-    const WhiteDensity white = white_density(noise, s.gap_s);
+    const WhiteDensity white = white_density(noise, s);
     pre.append({s.omega_ib_b - b.tail<3>(), s.f_ib_b - b.head<3>(), dt}, white.accel * dt, white.gyro * dt);
     at.t_s = to;
     if (to == s.t_s) {
@@ -98,7 +98,8 @@ struct ByRescaledIntervals {
       } else {
         pre = interval.pre;
         const WhiteDensity was = white_density(old, 0.0), is = white_density(noise, 0.0);
-        pre.rescale_noise(is.gyro / was.gyro, is.accel / was.accel, was.accel);
+        const double share = old.shape ? old.shape->mean(as.t_s, interval.end_s).accel : 1.0;
+        pre.rescale_noise(is.gyro / was.gyro, is.accel / was.accel, share * was.accel);
       }
       ekf.predict(belief, pre, as.series.b_0);
       as.t_s = interval.end_s;

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "liealign/core/types.hpp"
@@ -24,6 +25,8 @@ using ImuSeries = std::vector<ImuSample>;
 // or the increments over that interval (rad and m/s in the fields of ImuSample).
 enum class ImuSampleKind { mean, instant, increment };
 
+struct NoiseShape;
+
 // Root power spectral densities, SI.
 struct ImuNoise {
   double gyro_arw = 0.0;        // rad/sqrt(s), angular random walk N_g
@@ -32,6 +35,7 @@ struct ImuNoise {
   double accel_bias_rw = 0.0;   // m/s^2/sqrt(s), random walk of b_a
   double gyro_gap_rps = 0.0;    // rad/s, unknown rate inside a gap of the log
   double accel_gap_mps2 = 0.0;  // m/s^2, unknown specific force inside a gap of the log
+  std::shared_ptr<const NoiseShape> shape = nullptr;  // of gyro_arw and accel_vrw along the log; none: constant
 };
 
 // The same with the noises of either sensor times its scale; what a gap of the log hides does not depend on them.
