@@ -23,6 +23,7 @@ constexpr std::size_t kHalfDensity = 8;  // samples on either side of psi*
 // What theta is worth before the flight is asked.
 constexpr double kLatencyPriorStd_s = 0.5;
 constexpr double kLogScalePriorStd = 1.5;
+constexpr double kClockDriftPriorStd = 5e-5;  // quartz of loggers and receivers
 // A receiver is hardly more than twenty times as good as it says: what it filters is not noise.
 constexpr double kLeastStdScale = 0.05, kLogLeastStd = 0.1;
 
@@ -65,6 +66,7 @@ double HeadingSearch::cost_of(const HeadingCandidate& candidate, double negative
       add(value, kLatencyPriorStd_s);
     }
   }
+  add(candidate.parameters.clock_drift, kClockDriftPriorStd);
   const FlightParameters& p = candidate.parameters;
   if (options_.estimate_gnss_std) {
     for (double scale : {p.gnss_std_scale, p.gnss_std_scale * p.velocity_std_scale}) {
@@ -213,7 +215,7 @@ void HeadingSearch::tell_fit(const std::vector<double>& costs, const std::vector
   } else {
     line_->tell(costs);
   }
-  if (joins_a_fit()) {
+  if (!drift_ && joins_a_fit()) {
     next_basin();
   } else if (surface_ ? !surface_->done() : !line_->done()) {
     ask_fit();
@@ -264,24 +266,28 @@ void HeadingSearch::start_fine() {
   const double centre = placed ? parabola.minimum_x : line_->best().x;
   const double step = placed ? std::min(2.0 * parabola.sigma(), options_.triple_step_rad) : options_.triple_step_rad;
   if (joint()) {
-    constexpr double kLatencyStep_s = 0.01, kLogScaleStep = 0.2;
-    const auto n = static_cast<Eigen::Index>(variables_.size()) + 1;
-    SurfaceVector x(n), h(n);
-    x[0] = centre;
-    h[0] = 0.5 * step;
-    for (std::size_t i = 0; i < variables_.size(); ++i) {
-      const auto k = static_cast<Eigen::Index>(i) + 1;
-      const double value = base_.*variables_[i];
-      x[k] = is_scale(variables_[i]) ? std::log(value) : value;
-      h[k] = is_scale(variables_[i]) ? kLogScaleStep : kLatencyStep_s;
-    }
-    surface_.emplace(x, h, SurfaceLimits{});
+    start_surface(centre, 0.5 * step);
   } else {
     line_.emplace(centre, step, kPi, options_.tolerance_rad, options_.max_evaluations);
   }
   best_ = {};
   best_.cost = kInfinity;
   ask_fit();
+}
+
+void HeadingSearch::start_surface(double heading_rad, double heading_step_rad) {
+  constexpr double kLatencyStep_s = 0.01, kLogScaleStep = 0.2;
+  const auto n = static_cast<Eigen::Index>(variables_.size()) + 1;
+  SurfaceVector x(n), h(n);
+  x[0] = heading_rad;
+  h[0] = heading_step_rad;
+  for (std::size_t i = 0; i < variables_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i) + 1;
+    const double value = base_.*variables_[i];
+    x[k] = is_scale(variables_[i]) ? std::log(value) : value;
+    h[k] = is_scale(variables_[i]) ? kLogScaleStep : kLatencyStep_s;
+  }
+  surface_.emplace(x, h, SurfaceLimits{});
 }
 
 void HeadingSearch::finish_fit(const std::vector<CandidateScore>& scores) {
@@ -351,6 +357,47 @@ void HeadingSearch::next_basin() {
   }
   for (std::size_t i = 0; i < fits_.size(); ++i) {
     if (fits_[i].cost < fits_[best_fit_].cost) best_fit_ = i;
+  }
+  constexpr double kLongEnough_s = 200.0;
+  if (options_.estimate_latency && options_.span_s >= kLongEnough_s && !drift_ && fits_[best_fit_].settled) {
+    ask_drift();
+  } else {
+    ask_density();
+  }
+}
+
+// The parameters of the best fit with a drift of the clock about the middle of the flight, where it leaves the latency as it is.
+FlightParameters HeadingSearch::drifting(double clock_drift) const {
+  FlightParameters parameters = fits_[best_fit_].parameters;
+  parameters.latency_s -= 0.5 * options_.span_s * (clock_drift - parameters.clock_drift);
+  parameters.clock_drift = clock_drift;
+  return parameters;
+}
+
+void HeadingSearch::ask_drift() {
+  constexpr double kStep = 5e-5, kReach = 1e-3, kTolerance = 1e-6;  // s/s
+  stage_ = Stage::drift;
+  if (!drift_) drift_.emplace(0.0, kStep, kReach, kTolerance, options_.max_evaluations);
+  asked_.clear();
+  for (double drift : drift_->ask()) asked_.push_back(conditional(fits_[best_fit_].heading_rad, drifting(drift)));
+}
+
+void HeadingSearch::tell_drift(const std::vector<double>& costs) {
+  drift_->tell(costs);
+  if (!drift_->done()) return ask_drift();
+  const Parabola parabola = drift_->parabola();
+  if (drift_->settled() && parabola.has_minimum()) {
+    constexpr double kSignificant = 3.0;
+    drift_std_ = fits_[best_fit_].misfit * parabola.sigma();
+    if (std::abs(parabola.minimum_x) > kSignificant * *drift_std_) {
+      base_ = drifting(parabola.minimum_x);
+      stage_ = Stage::fine;
+      best_ = {};
+      best_.cost = kInfinity;
+      const Fit& fit = fits_[best_fit_];
+      start_surface(fit.heading_rad, fit.sigma_rad.value_or(options_.triple_step_rad));
+      return ask_fit();
+    }
   }
   ask_density();
 }
@@ -442,6 +489,9 @@ void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
     case Stage::gates:
       tell_gates(scores);
       break;
+    case Stage::drift:
+      tell_drift(costs);
+      break;
     case Stage::density:
       tell_density(costs);
       break;
@@ -459,6 +509,10 @@ HeadingResult HeadingSearch::result() const {
   r.settled = fit.settled;
   r.parameters = fit.parameters;
   r.parameters_std = fit.std;
+  r.parameters_std.clock_drift = drift_std_;
+  // The latency is that at the start: half a flight from where a drift leaves it alone.
+  if (fit.parameters.clock_drift != 0.0 && fit.std.latency_s)
+    r.parameters_std.latency_s = std::hypot(*fit.std.latency_s, 0.5 * options_.span_s * *drift_std_);
   r.posterior = posterior_;
   r.triple = fit.triple;
   r.curve = curve_;

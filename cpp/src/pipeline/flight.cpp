@@ -328,6 +328,7 @@ HeadingSearchOptions heading_search_options(const PreparedFlight& flight) {
   HeadingSearchOptions o = heading_search_options(flight.config);
   for (const CoarseMode& mode : flight.coarse.modes)
     o.seeds.push_back({mode.heading_rad, mode.heading_std_rad, mode.latency_s});
+  o.span_s = flight.problem.t_end_s - flight.problem.t_start_s;
   o.estimate_latency = !flight.config.gnss.latency_s;
   o.estimate_imu_noise = !flight.config.imu.noise_scale;
   o.estimate_gnss_std = !flight.config.gnss.std_scale;

@@ -44,6 +44,8 @@ void put_parameters(Json& json, const PreparedFlight& flight, const HeadingResul
   const FlightParametersStd& std = heading.parameters_std;
   json["gnss_latency_s"] = flight.latency_s + p.latency_s;
   json["gnss_latency_std_s"] = number_or_null(std.latency_s);
+  json["clock_drift_ppm"] = 1e6 * p.clock_drift;
+  json["clock_drift_std_ppm"] = number_or_null(std.clock_drift, 1e6);
   json["imu_noise_scale"] = flight.imu_noise_scale * p.imu_noise_scale;
   json["imu_noise_scale_std"] = number_or_null(std.imu_noise_scale, flight.imu_noise_scale);
   json["accel_noise_scale"] = p.accel_noise_scale;

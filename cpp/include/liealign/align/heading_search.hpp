@@ -14,6 +14,8 @@
 //   fine     from there, with theta (Eq. 58); or, where that is given, with the outlier treatment of the final filter, so that a
 //            few bad fixes do not decide. What the score's gradient does over the log says whether sigmas found with theta
 //            can be trusted (Eq. 63);
+//   drift    where the latency is unknown and the flight long enough, the drift of the IMU clock about its middle; fine again
+//            with it where it is beyond three of its sigmas, for a drift is applied to the whole log;
 //   density  conditional candidates around the minimum and over the circle: interval, modes, mean (Eq. 61).
 // Source: TAES IV-E, DRONES (9)-(12), 3.1, 4.2.
 // SPDX-License-Identifier: Apache-2.0
@@ -50,6 +52,7 @@ struct HeadingSearchOptions {
   bool estimate_latency = false;
   bool estimate_imu_noise = false;
   bool estimate_gnss_std = false;
+  double span_s = 0.0;        // of the scored flight
   bool has_velocity = false;  // the fixes: then their velocities have a scale of their own
 };
 
@@ -101,7 +104,7 @@ class HeadingSearch {
   HeadingResult result() const;
 
  private:
-  enum class Stage { scales, latency, circle, whole_circle, open, gates, fine, density, done };
+  enum class Stage { scales, latency, circle, whole_circle, open, gates, fine, drift, density, done };
 
   struct Basin {
     double heading_rad, latency_s, cost;
@@ -133,6 +136,10 @@ class HeadingSearch {
   void ask_gates();
   void tell_gates(const std::vector<CandidateScore>& scores);
   void start_fine();
+  void start_surface(double heading_rad, double heading_step_rad);
+  void ask_drift();
+  void tell_drift(const std::vector<double>& costs);
+  FlightParameters drifting(double clock_drift) const;
   void finish_fit(const std::vector<CandidateScore>& scores);
   bool joins_a_fit() const;
   void next_basin();
@@ -155,6 +162,8 @@ class HeadingSearch {
   FlightParameters base_;                 // of this fit: what its variables are added to
   std::optional<QuadraticSearch> line_;   // in heading alone, not wrapped
   std::optional<SurfaceSearch> surface_;  // in heading and variables_
+  std::optional<QuadraticSearch> drift_;
+  std::optional<double> drift_std_;
   std::vector<Fit> fits_;
   std::size_t best_fit_ = 0;
   HeadingPosterior posterior_;
