@@ -358,7 +358,7 @@ void HeadingSearch::next_basin() {
   for (std::size_t i = 0; i < fits_.size(); ++i) {
     if (fits_[i].cost < fits_[best_fit_].cost) best_fit_ = i;
   }
-  constexpr double kLongEnough_s = 200.0;
+  constexpr double kLongEnough_s = 120.0;
   if (options_.estimate_latency && options_.span_s >= kLongEnough_s && !drift_ && fits_[best_fit_].settled) {
     ask_drift();
   } else {
