@@ -160,27 +160,44 @@ void preintegrate_one_sample(benchmark::State& state) {
 }
 BENCHMARK(preintegrate_one_sample);
 
+// The same belief, alone or in every lane.
+void set_all(Belief<Model>& to, const Belief<Model>& belief) { to = belief; }
+void set_all(Belief<LieModel<Lanes>>& to, const Belief<Model>& belief) {
+  for (int i = 0; i < Lanes::kCount; ++i) set_lane(to, i, belief);
+}
+
+template <typename Scalar>
 void predict_interval(benchmark::State& state) {
   const Scene& s = scene();
+  const Ekf<LieModel<Scalar>> ekf{s.filter.dynamics, s.filter.covariance_reset};
+  Belief<LieModel<Scalar>> begin;
+  set_all(begin, s.belief);
   for (auto _ : state) {
-    Belief<Model> belief = s.belief;
-    s.ekf.predict(belief, s.pre, s.b_0);
+    Belief<LieModel<Scalar>> belief = begin;
+    ekf.predict(belief, s.pre.cast<Scalar>(), s.b_0.cast<Scalar>());
     benchmark::DoNotOptimize(belief);
   }
 }
-BENCHMARK(predict_interval);
+BENCHMARK(predict_interval<double>)->Name("predict_interval");
+BENCHMARK(predict_interval<Lanes>)->Name("predict_interval/lanes");
 
+template <typename Scalar>
 void update_position(benchmark::State& state) {
   const Scene& s = scene();
+  const Ekf<LieModel<Scalar>> ekf{s.filter.dynamics, s.filter.covariance_reset};
+  Belief<LieModel<Scalar>> begin;
+  set_all(begin, s.at_fix);
   for (auto _ : state) {
-    Belief<Model> belief = s.at_fix;
-    const Prediction<double> m = Model::gnss_position(belief.X, s.flight.problem.data.l_ba_b);
-    Innovation<double> innovation = s.ekf.innovate(belief, s.fix.p_ea_e - m.h, m.H, s.fix.R_p_e);
-    s.ekf.correct(belief, innovation, m.H, s.fix.R_p_e, gate_weight(s.filter.gate, innovation.nis));
+    Belief<LieModel<Scalar>> belief = begin;
+    const Prediction<Scalar> m = LieModel<Scalar>::gnss_position(belief.X, s.flight.problem.data.l_ba_b);
+    const Vector3<Scalar> z = s.fix.p_ea_e.cast<Scalar>() - m.h;
+    Innovation<Scalar> innovation = ekf.innovate(belief, z, m.H, s.fix.R_p_e);
+    ekf.correct(belief, innovation, m.H, gate_weight(s.filter.gate, innovation.nis));
     benchmark::DoNotOptimize(belief);
   }
 }
-BENCHMARK(update_position);
+BENCHMARK(update_position<double>)->Name("update_position");
+BENCHMARK(update_position<Lanes>)->Name("update_position/lanes");
 
 // One step of the plain Rauch-Tung-Striebel smoother, that is without the forward step it belongs to.
 void smoother_step_plain(benchmark::State& state) {
@@ -229,17 +246,20 @@ void smoother_step_interval(benchmark::State& state) {
 }
 BENCHMARK(smoother_step_interval);
 
-// State and covariance at one sample inside it.
-void epoch_inside(benchmark::State& state, bool smoothed) {
+// State and covariance at samples inside it, four at a time.
+void epochs_inside(benchmark::State& state, bool smoothed) {
   const Second& s = second();
-  const InsideInterval inside(s.step, s.half_walk, smoothed ? &s.adjoint : nullptr, true);
+  const InsideInterval<Lanes> inside(s.step, s.half_walk, smoothed ? &s.adjoint : nullptr, true);
   for (auto _ : state) {
-    NavBelief belief = inside.nav_at(s.step.pre);
+    SampleLanes samples;
+    for (std::size_t k = 0; k < Lanes::kCount; ++k) samples.add(k, s.step.pre);
+    NavBelief<Lanes> belief = inside.nav_at(samples.pre);
     benchmark::DoNotOptimize(belief);
   }
+  state.counters["epochs"] = Lanes::kCount;
 }
-BENCHMARK_CAPTURE(epoch_inside, filter, false);
-BENCHMARK_CAPTURE(epoch_inside, smoother, true);
+BENCHMARK_CAPTURE(epochs_inside, filter, false);
+BENCHMARK_CAPTURE(epochs_inside, smoother, true);
 
 // ---- Output ---------------------------------------------------------------------------------------------------------
 

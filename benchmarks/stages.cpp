@@ -115,11 +115,23 @@ HeadingResult align(const PreparedFlight& flight) {
   return search.result();
 }
 
-Belief<Model> start_belief(const PreparedFlight& flight, const HeadingResult& heading) {
+// What process() runs over, for those who do the same in another way: all with the parameters that the alignment found.
+struct Found {
+  FlightData data;
+  FilterOptions filter;
+
+  Found(const PreparedFlight& flight, const HeadingResult& heading)
+      : data(with_parameters(flight.data, heading.parameters, flight.problem.t_start_s)),
+        filter(with_parameters(with_gates(flight.filter, heading.gate_scales), heading.parameters)) {}
+};
+
+Belief<Model> start(const PreparedFlight& flight, const HeadingResult& heading, double heading_std_rad) {
   const AlignmentProblem& problem = flight.problem;
-  return belief_at_rest(problem.rest, heading.heading_rad, flight.config.initial.heading_std_deg * kDegToRad,
-                        problem.initial, problem.data.l_ba_b, flight.filter.dynamics.gravity);
+  return start_belief(problem, with_parameters(problem.initial, heading.parameters), heading.heading_rad,
+                      heading_std_rad);
 }
+
+double initial_std_rad(const PreparedFlight& flight) { return flight.config.initial.heading_std_deg * kDegToRad; }
 
 // The filter of the library with state and covariance at every IMU epoch, as for filtered.csv; states after the events.
 struct FullRate {
@@ -129,19 +141,20 @@ struct FullRate {
   void updated(const Event&, UpdateKind, const Innovation<double>&) const {}
   bool wanted(std::size_t) const { return true; }
   void epoch(std::size_t, const Belief<Model>& belief) { sum += belief.P(0, 0); }
-  void inside(std::size_t, const InsideInterval& filtered, const Preintegrated<double>& pre) {
-    sum += filtered.nav_at(pre).P_nn(0, 0);
+  void inside(const SampleLanes& samples, const InsideInterval<Lanes>& filtered) {
+    const NavBelief<Lanes> belief = filtered.nav_at(samples.pre);
+    for (int i = 0; i < samples.count; ++i) sum += epoch_of(0.0, belief, i, filtered.P_bb()).P_phi(0, 0);
   }
   void node(const RunState& run) {
     if (run.at_event) at_events.push_back(run.belief.X);
   }
 };
 
-FullRate filter(const PreparedFlight& flight, const HeadingResult& heading) {
+FullRate filter(const PreparedFlight& flight, const HeadingResult& heading, const Found& found) {
   FullRate rate;
-  const ImuCursor start = cursor_at(flight.problem.data.imu(), flight.t_begin_s);
-  run_forward(flight.problem.data, with_gates(flight.filter, heading.gate_scales),
-              {start_belief(flight, heading), start, {0, start.t_s}, 0, true}, rate);
+  const ImuCursor at = cursor_at(found.data.imu(), flight.t_begin_s);
+  run_forward(found.data, found.filter, {start(flight, heading, initial_std_rad(flight)), at, {0, at.t_s}, 0, true},
+              rate);
   return rate;
 }
 
@@ -153,9 +166,9 @@ std::size_t epochs_of(const PreparedFlight& flight) {
 
 // ---- The yardstick and the check ------------------------------------------------------------------------------------
 
-std::vector<double> event_times(const PreparedFlight& flight) {
+std::vector<double> event_times(const PreparedFlight& flight, const Found& found) {
   std::vector<double> times;
-  for (const Event& event : flight.problem.data.events) {
+  for (const Event& event : found.data.events) {
     if (event.t_s > flight.t_begin_s) times.push_back(event.t_s);
   }
   return times;
@@ -191,15 +204,14 @@ Json difference(const std::vector<DenseBelief>& dense, const std::vector<Epoch>&
   return json;
 }
 
-Json dense_yardstick(const Options& o, const PreparedFlight& flight, const HeadingResult& heading,
+Json dense_yardstick(const Options& o, const PreparedFlight& flight, const Found& found, const DenseBelief& start,
                      const std::vector<Epoch>& smoothed, std::vector<DenseState>& at_events) {
-  const FlightData& data = flight.problem.data;
-  const DenseBelief start = dense_belief(start_belief(flight, heading));
+  const FlightData& data = found.data;
   Json json;
   json["filter_seconds"] = median_seconds(o.repeat, [&] {
     DenseBelief belief = start;
     at_events.clear();
-    dense_forward(data, flight.filter, flight.t_begin_s, belief, at_events);
+    dense_forward(data, found.filter, flight.t_begin_s, belief, at_events);
   });
   if (!o.dense_smoother) return json;
   std::vector<DenseBelief> dense;
@@ -207,7 +219,7 @@ Json dense_yardstick(const Options& o, const PreparedFlight& flight, const Headi
     DenseBelief belief = start;
     std::vector<DenseState> again;
     std::vector<DenseStep> steps;
-    dense_forward(data, flight.filter, flight.t_begin_s, belief, again, &steps);
+    dense_forward(data, found.filter, flight.t_begin_s, belief, again, &steps);
     dense = dense_backward(steps, belief);
   });
   json["smoother_difference"] = difference(dense, smoothed);
@@ -215,7 +227,7 @@ Json dense_yardstick(const Options& o, const PreparedFlight& flight, const Headi
 }
 
 // The Rauch-Tung-Striebel smoother over a full-rate forward pass, step by step, as process() must come out.
-std::vector<Epoch> plain_smoother(const PreparedFlight& flight, const HeadingResult& heading, double heading_std_rad) {
+std::vector<Epoch> plain_smoother(const PreparedFlight& flight, const Found& found, Belief<Model> belief) {
   struct Recorder : SilentVisitor<Model> {
     std::vector<Checkpoint<Model>> checkpoints;
     void checkpoint(std::size_t, const Belief<Model>& belief, const ImuCursor& cursor, const Model::State& X,
@@ -223,16 +235,13 @@ std::vector<Epoch> plain_smoother(const PreparedFlight& flight, const HeadingRes
       checkpoints.push_back({belief, cursor, {X, P}});
     }
   };
-  const AlignmentProblem& problem = flight.problem;
-  const FlightData& data = problem.data;
-  Belief<Model> belief = belief_at_rest(problem.rest, heading.heading_rad, heading_std_rad, problem.initial,
-                                        data.l_ba_b, flight.filter.dynamics.gravity);
-  const ImuCursor start = cursor_at(data.imu(), flight.t_begin_s);
-  Recorder recorder{{}, {{belief, start, belief}}};
-  forward_pass(data, with_gates(flight.filter, heading.gate_scales), belief, start, data.imu().back().t_s, recorder);
+  const FlightData& data = found.data;
+  const ImuCursor begin = cursor_at(data.imu(), flight.t_begin_s);
+  Recorder recorder{{}, {{belief, begin, belief}}};
+  forward_pass(data, found.filter, belief, begin, data.imu().back().t_s, recorder);
   std::vector<Epoch> epochs;
   smooth(
-      Ekf<Model>{flight.filter.dynamics, flight.filter.covariance_reset}, data, recorder.checkpoints,
+      Ekf<Model>{found.filter.dynamics, found.filter.covariance_reset}, data, recorder.checkpoints,
       [&](std::size_t k, const Belief<Model>& b) { epochs.push_back(epoch_of(data.imu()[k].t_s, b)); },
       [](std::size_t, const Belief<Model>&) {});
   std::reverse(epochs.begin(), epochs.end());
@@ -316,8 +325,9 @@ Json run(const Options& o) {
   const PreparedFlight& flight = *prepared;
   HeadingResult heading;
   stages.run("align", o.repeat, [&] { heading = align(flight); });
+  const Found found(flight, heading);
   FullRate filtered;
-  stages.run("filter", o.repeat, [&] { filtered = filter(flight, heading); });
+  stages.run("filter", o.repeat, [&] { filtered = filter(flight, heading, found); });
   const EpochSink nowhere{[](std::size_t, const std::vector<Epoch>&) {}, [](std::size_t) {}};
   stages.run("filter_and_smoother", o.repeat, [&] { process(flight, heading, nowhere, nowhere); });
   if (!o.folder.empty()) {
@@ -338,13 +348,17 @@ Json run(const Options& o) {
   Solution solution;
   if (o.check || o.dense) solution = process(flight, heading);
   if (o.check) {
-    json["check"] = compare(solution.smoothed, plain_smoother(flight, heading, solution.heading_std_initial_rad));
+    const Belief<Model> belief = start(flight, heading, solution.heading_std_initial_rad);
+    json["check"] = compare(solution.smoothed, plain_smoother(flight, found, belief));
   }
   if (!o.candidates.empty()) json["curves"] = curves(o, flight.problem);
   std::vector<DenseState> dense;
-  if (o.dense) json["dense"] = dense_yardstick(o, flight, heading, solution.smoothed, dense);
+  if (o.dense) {
+    const DenseBelief belief = dense_belief(start(flight, heading, initial_std_rad(flight)));
+    json["dense"] = dense_yardstick(o, flight, found, belief, solution.smoothed, dense);
+  }
   if (!o.states.empty()) {
-    const std::vector<double> times = event_times(flight);
+    const std::vector<double> times = event_times(flight, found);
     write_states(o.states + "/filtered_at_fixes.csv", times,
                  [&](std::size_t i) { return filtered.at_events[i].first; });
     if (o.dense) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <ostream>
 
 #include "flights.hpp"
@@ -65,6 +66,25 @@ TEST_P(Bank, over_intervals_gives_the_heading_the_sigma_and_the_curve_of_the_sam
 
 INSTANTIATE_TEST_SUITE_P(Flights, Bank,
                          ::testing::Values(Place{48.2, 6.0, 1.0}, Place{78.0, 15.0, 1.0}, Place{-30.0, 25.0, 10.0}));
+
+// Four go through the filter at once: to each the others must be as if they were not there, down to the bits.
+TEST(BankLanes, a_candidate_scores_the_same_whoever_goes_beside_it) {
+  const PreparedFlight flight = prepared_at({48.2, 6.0, 10.0});
+  std::vector<HeadingCandidate> all;
+  for (int i = 0; i < 7; ++i) all.push_back({0.9 * i, i % 2 == 0 ? 0.0 : 0.2, false, {}});
+  all[2].heading_rad = std::numeric_limits<double>::quiet_NaN();  // its filter fails
+  all[4].gated = true;
+  all[5].parameters.gnss_std_scale = 2.0;
+  const std::vector<CandidateScore> together = evaluate_candidates(flight.problem, all);
+  ASSERT_EQ(together.size(), all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const CandidateScore alone = evaluate_candidates(flight.problem, {all[i]}).front();
+    EXPECT_EQ(together[i].cost, alone.cost) << i;
+    EXPECT_EQ(together[i].nis_90, alone.nis_90) << i;
+    EXPECT_EQ(together[i].fixes, alone.fixes) << i;
+    EXPECT_EQ(std::isfinite(together[i].cost), i != 2) << i;
+  }
+}
 
 }  // namespace
 }  // namespace liealign

@@ -50,7 +50,7 @@ TEST(Ekf, one_update_equals_linear_least_squares) {
     const Vector3d z = normal3(rng, 1e-4);  // small, so that the group is linear
     const Ekf<Model> ekf{{}, true};
     Innovation<double> innovation = ekf.innovate(belief, z, m.H, R);
-    ekf.correct(belief, innovation, m.H, R, 1.0);
+    ekf.correct(belief, innovation, m.H, 1.0);
     // (P^-1 + H^T R^-1 H) eps = H^T R^-1 z, scaled by sigma for the conditioning
     const Vector<double, 15> s = prior.P.diagonal().cwiseSqrt();
     const Cov scaled_P = s.cwiseInverse().asDiagonal() * prior.P * s.cwiseInverse().asDiagonal();
@@ -167,7 +167,7 @@ TEST(Gating, joseph_form_takes_the_applied_gain) {
   const Matrix3d R = 0.01 * Matrix3d::Identity();
   const Ekf<Model> ekf{{}, false};
   Innovation<double> innovation = ekf.innovate(belief, Vector3d(1e-3, 0, 0), m.H, R);
-  ekf.correct(belief, innovation, m.H, R, 0.3);
+  ekf.correct(belief, innovation, m.H, 0.3);
   const Eigen::Matrix<double, 15, 3> K = 0.3 * P * m.H.transpose() * innovation.S.inverse();
   const Cov A = Cov::Identity() - K * m.H;
   EXPECT_LT((belief.P - (A * P * A.transpose() + K * R * K.transpose())).cwiseAbs().maxCoeff(), 1e-12);

@@ -61,14 +61,16 @@ struct Shaken {
 // x_t = A x_0 of (Eq. 53) as a matrix.
 Cov transition_to(const Preintegrated<double>& pre) {
   Cov A = Cov::Identity();
-  A.block<3, 3>(kRho, kNu) = pre.T * Matrix3d::Identity();
-  A.topRightCorner<9, 6>() = pre.B.topRows<9>();
+  A.topRightCorner<9, 6>() = bias_columns(pre);
   return A;
 }
 
 Cov noise_to(const Preintegrated<double>& pre) {
   Cov Q = Cov::Zero();
-  Q.topLeftCorner<9, 9>() = pre.Q.topRows<9>();
+  NavCovariance<double, 6> noise = nav_covariance(Q);
+  add_noise(noise, IntervalNoise<double>(pre));
+  set_nav_covariance(Q, noise);
+  mirror(Q);
   return Q;
 }
 
@@ -76,10 +78,8 @@ Cov noise_to(const Preintegrated<double>& pre) {
 Cov to_left_error(const Shaken& s, const Preintegrated<double>& pre) {
   StartAxes<double> axes(s.step.before.X.first, s.step.pre.T);
   axes.kick.setZero();
-  NavColumns<double, 9> L = NavColumns<double, 9>::Identity();
-  leave_interval(L, SE23<double>{pre.dC, pre.dv, pre.dp}, axes);
   Cov out = Cov::Identity();
-  out.topLeftCorner<9, 9>() = L.transpose();
+  out.topLeftCorner<9, 9>() = leave_matrix(SE23<double>{pre.dC, pre.dv, pre.dp}, pre.T, axes);
   return out;
 }
 
@@ -87,7 +87,7 @@ TEST(InsideInterval, equals_the_smoother_that_steps_from_sample_to_sample) {
   const int n = 40;
   const Shaken s(n);
   const Adjoint adjoint = adjoint_before(s.step, s.smoothed_end, true);
-  const InsideInterval inside(s.step, s.half_walk, &adjoint, true), filter(s.step, s.half_walk, nullptr, true);
+  const InsideInterval<double> inside(s.step, s.half_walk, &adjoint, true), filter(s.step, s.half_walk, nullptr, true);
 
   // The same linear system, forward and back one sample at a time, (Eq. 30)-(Eq. 32) in its textbook form.
   const StartAxes<double> axes(s.step.before.X.first, s.step.pre.T);
@@ -107,10 +107,9 @@ TEST(InsideInterval, equals_the_smoother_that_steps_from_sample_to_sample) {
     Q_before = Q_all;
   }
   // At the end: the left error with the second half of gradient and walk.
-  NavColumns<double, 9> L = NavColumns<double, 9>::Identity();
-  leave_interval(L, SE23<double>{s.step.pre.dC, s.step.pre.dv, s.step.pre.dp}, axes);
   Cov L_end = Cov::Identity();
-  L_end.topLeftCorner<9, 9>() = L.transpose();
+  L_end.topLeftCorner<9, 9>() =
+      leave_matrix(SE23<double>{s.step.pre.dC, s.step.pre.dv, s.step.pre.dp}, s.step.pre.T, axes);
   Cov walk = Cov::Zero();
   walk.diagonal().tail<6>() = s.half_walk;
   Cov P_next = L_end * P[n] * L_end.transpose() + walk;
@@ -144,13 +143,38 @@ TEST(InsideInterval, equals_the_smoother_that_steps_from_sample_to_sample) {
   }
 }
 
+TEST(InsideInterval, of_four_samples_at_once_is_that_of_each) {
+  const Shaken s(40);
+  const Adjoint adjoint = adjoint_before(s.step, s.smoothed_end, true);
+  for (const Adjoint* future : {static_cast<const Adjoint*>(nullptr), &adjoint}) {
+    const InsideInterval<double> inside(s.step, s.half_walk, future, true);
+    const InsideInterval<Lanes> at_once(s.step, s.half_walk, future, true);
+    SampleLanes samples;
+    for (const std::size_t k : {3U, 11U, 39U}) samples.add(k, s.at[k]);
+    const NavBelief<Lanes> nav = at_once.nav_at(samples.pre);
+    const Belief<LieModel<Lanes>> all = at_once.at(samples.pre);
+    for (int i = 0; i < samples.count; ++i) {
+      const Belief<Model> one = inside.at(s.at[samples.k[static_cast<std::size_t>(i)]]), of_all = lane(all, i);
+      const Vec15 sigma = one.P.diagonal().cwiseSqrt();
+      EXPECT_LT((of_all.P - one.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), 1e-10);
+      EXPECT_LT((Model::local(one.X, of_all.X).cwiseQuotient(sigma)).cwiseAbs().maxCoeff(), 1e-6);
+      const NavState<double> X = lane(nav.X, i);
+      EXPECT_LT((Model::local(one.X, X).cwiseQuotient(sigma)).cwiseAbs().maxCoeff(), 1e-6);
+      const std::pair<int, Matrix3d> blocks[] = {
+          {kPhi, lane(nav.P_phi, i)}, {kNu, lane(nav.P_nu, i)}, {kRho, lane(nav.P_rho, i)}};
+      for (const auto& [block, P] : blocks)
+        EXPECT_LT((P - one.P.block<3, 3>(block, block)).norm(), 1e-10 * P.norm()) << block;
+    }
+  }
+}
+
 TEST(InsideInterval, meets_the_smoothed_belief_at_the_start) {
   const Shaken s(40);
   const Adjoint adjoint = adjoint_before(s.step, s.smoothed_end, true);
   const Belief<Model> start = smoothed_before(s.step, adjoint, true);
   IntervalStep still = s.step;
   still.pre.T = 1e-12;  // no walk, no gradient
-  const InsideInterval inside(still, Vector<double, 6>::Zero(), &adjoint, true);
+  const InsideInterval<double> inside(still, Vector<double, 6>::Zero(), &adjoint, true);
   const Belief<Model> at_once = inside.at(Preintegrated<double>{});
   const Vec15 sigma = start.P.diagonal().cwiseSqrt();
   EXPECT_LT((Model::local(start.X, at_once.X).array() / sigma.array()).abs().maxCoeff(), 1e-6);

@@ -163,6 +163,17 @@ TEST(So3, exp_coefficients_equal_their_series_in_long_double) {
   }
 }
 
+// Below the threshold and above it, side by side.
+TEST(So3, exp_coefficients_of_lanes_are_those_of_each) {
+  Lanes theta2;
+  theta2.x << 0.0, 1e-4, 0.26, 9.0;
+  const ExpCoefficients<Lanes> together = exp_coefficients(theta2);
+  for (int i = 0; i < Lanes::kCount; ++i) {
+    const ExpCoefficients<double> alone = exp_coefficients(theta2.x[i]);
+    for (std::size_t n = 0; n < alone.size(); ++n) EXPECT_EQ(together[n].x[i], alone[n]) << i << " " << n;
+  }
+}
+
 TEST(So3, gammas_equal_their_defining_series) {
   std::mt19937 rng(23);
   for (double angle : kAngles) {

@@ -3,8 +3,11 @@
 #include "liealign/align/candidates.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
+#include <iterator>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "liealign/estimate/score.hpp"
@@ -13,16 +16,50 @@ namespace liealign {
 namespace {
 
 using Model = LieModel<double>;
+using LanesModel = LieModel<Lanes>;
 
-struct ScoringVisitor : SilentVisitor<Model> {
-  FilterOptions options;
+// A heading so wrong that its filter breaks down is simply the worst.
+CandidateScore failed() {
+  CandidateScore score;
+  score.cost = std::numeric_limits<double>::infinity();
+  return score;
+}
+
+struct Scored {
   Score<double> score;
   std::vector<ScoreTerm> terms;
 
-  void updated(const Event& event, UpdateKind kind, const Innovation<double>& innovation) {
+  void add(const FilterOptions& options, const Event& event, UpdateKind kind, const Innovation<double>& innovation) {
     const double before = score.negative_log_likelihood;
     score.add(options, kind, innovation);
     terms.push_back({event.t_s, score.negative_log_likelihood - before});
+  }
+
+  CandidateScore result() {
+    const double cost = score.negative_log_likelihood;
+    if (std::isnan(cost)) return failed();  // a lane alone
+    return {cost, score.p_rms(), score.nis_90(), score.gate_scales(), score.positions, std::move(terms)};
+  }
+};
+
+const Innovation<double>& lane(const Innovation<double>& one, int) { return one; }
+
+// Of one candidate, or of those side by side.
+template <typename FilterModel>
+struct ScoringVisitor : SilentVisitor<FilterModel> {
+  const FilterOptions& options;
+  std::vector<Scored> scored;
+
+  ScoringVisitor(const FilterOptions& o, std::size_t candidates, std::size_t events) : options(o), scored(candidates) {
+    for (Scored& one : scored) {
+      one.terms.reserve(events);
+      one.score.position_nis.reserve(events);
+    }
+  }
+
+  void updated(const Event& event, UpdateKind kind, const Innovation<typename FilterModel::Scalar>& innovation) {
+    for (std::size_t i = 0; i < scored.size(); ++i)
+      scored[i].add(options, event, kind, lane(innovation, static_cast<int>(i)));
   }
 };
 
@@ -39,31 +76,57 @@ FilterOptions scoring_options(const AlignmentProblem& problem, const HeadingCand
   return with_parameters(with_gates(problem.filter, candidate.gate_scales), candidate.parameters);
 }
 
+// Candidates that differ in their headings alone.
+using Headings = std::span<const HeadingCandidate>;
+
+// set(belief, candidate) for each lane; lanes beyond the last candidate are its copies.
+template <typename Set>
+void for_each_belief(Headings headings, Belief<LanesModel>& beliefs, const Set& set) {
+  for (int i = 0; i < Lanes::kCount; ++i) {
+    const HeadingCandidate& candidate = headings[std::min(static_cast<std::size_t>(i), headings.size() - 1)];
+    Belief<Model> belief = lane(beliefs, i);
+    set(belief, candidate);
+    set_lane(beliefs, i, belief);
+  }
+}
+template <typename Set>
+void for_each_belief(Headings one, Belief<Model>& belief, const Set& set) {
+  set(belief, one.front());
+}
+
 // `motion` stands at t_begin_s and goes through the pre-tuning and, shown to the visitor, the scored flight.
-template <typename Motion, typename Visitor>
-void run(const AlignmentProblem& problem, Motion motion, const HeadingCandidate& candidate, Visitor& visitor) {
+template <typename FilterModel, typename Motion, typename Visitor>
+void run(const AlignmentProblem& problem, Motion motion, Headings headings, Visitor& visitor) {
+  const HeadingCandidate& candidate = headings.front();
   const FlightData data = with_parameters(problem.data, candidate.parameters, problem.t_start_s);
   const FilterOptions scoring = scoring_options(problem, candidate);
   FilterOptions filter = candidate.gated ? scoring : opened(scoring);
   filter.reacquire_after = 0;  // every candidate scores the same fixes
-  Belief<Model> belief = start_belief(problem, with_parameters(problem.initial, candidate.parameters),
-                                      candidate.heading_rad, candidate.heading_std_rad);
+  const InitialStd initial = with_parameters(problem.initial, candidate.parameters);
+  Belief<FilterModel> belief;
+  for_each_belief(headings, belief, [&](Belief<Model>& one, const HeadingCandidate& c) {
+    one = start_belief(problem, initial, c.heading_rad, c.heading_std_rad);
+  });
   if (!problem.motion) {
-    SilentVisitor<Model> silent;
+    SilentVisitor<FilterModel> silent;
     forward_pass(motion, data, filter, belief, problem.t_start_s, silent);
-    const Ekf<Model> ekf{filter.dynamics, filter.covariance_reset};
+    const Ekf<FilterModel> ekf{filter.dynamics, filter.covariance_reset};
     motion.move_to(problem.t_start_s, ekf, belief, silent);
-    set_heading(belief, candidate.heading_rad, candidate.heading_std_rad, data.l_ba_b);
+    for_each_belief(headings, belief, [&](Belief<Model>& one, const HeadingCandidate& c) {
+      set_heading(one, c.heading_rad, c.heading_std_rad, data.l_ba_b);
+    });
   }
   forward_pass(motion, data, filter, belief, problem.t_end_s, visitor);
 }
 
-template <typename Motion>
-CandidateScore evaluate(const AlignmentProblem& problem, const Motion& motion, const HeadingCandidate& candidate) {
-  ScoringVisitor visitor{{}, scoring_options(problem, candidate), {}, {}};
-  run(problem, motion, candidate, visitor);
-  return {visitor.score.negative_log_likelihood, visitor.score.p_rms(),   visitor.score.nis_90(),
-          visitor.score.gate_scales(),           visitor.score.positions, std::move(visitor.terms)};
+template <typename FilterModel, typename Motion>
+std::vector<CandidateScore> evaluate(const AlignmentProblem& problem, const Motion& motion, Headings headings) {
+  const FilterOptions options = scoring_options(problem, headings.front());
+  ScoringVisitor<FilterModel> visitor(options, headings.size(), problem.data.events.size());
+  run<FilterModel>(problem, motion, headings, visitor);
+  std::vector<CandidateScore> scores;
+  for (Scored& one : visitor.scored) scores.push_back(one.result());
+  return scores;
 }
 
 // Where the cuts between the intervals lie.
@@ -84,20 +147,36 @@ IntervalSeries preintegrate_for(const AlignmentProblem& problem, const FlightPar
   return preintegrate(data.imu(), stops, at_start.X.second.x, problem.filter.dynamics.noise);
 }
 
-// job(i) for each candidate, threads over candidates.
+bool differ_in_heading_alone(const HeadingCandidate& a, const HeadingCandidate& b) {
+  return a.gated == b.gated && a.gate_scales == b.gate_scales && a.parameters == b.parameters;
+}
+
+// The candidates in their order, as many together as there are lanes, at most.
+std::vector<Headings> side_by_side(const std::vector<HeadingCandidate>& candidates, std::size_t lanes) {
+  std::vector<Headings> all;
+  for (Headings rest(candidates); !rest.empty(); rest = rest.subspan(all.back().size())) {
+    std::size_t n = 1;
+    while (n < lanes && n < rest.size() && differ_in_heading_alone(rest[0], rest[n])) ++n;
+    all.push_back(rest.first(n));
+  }
+  return all;
+}
+
+// The scores that job(headings) gives, for all candidates, threads over what goes side by side.
 template <typename Job>
-std::vector<CandidateScore> evaluate_all(std::size_t candidates, const Job& job) {
-  std::vector<CandidateScore> scores(candidates);
-  const auto n = static_cast<std::ptrdiff_t>(candidates);
-  std::vector<std::exception_ptr> failures(candidates);
+std::vector<CandidateScore> evaluate_all(const std::vector<HeadingCandidate>& candidates, std::size_t lanes,
+                                         const Job& job) {
+  const std::vector<Headings> all = side_by_side(candidates, lanes);
+  std::vector<std::vector<CandidateScore>> scores(all.size());
+  const auto n = static_cast<std::ptrdiff_t>(all.size());
+  std::vector<std::exception_ptr> failures(all.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
     try {
-      scores[k] = job(k);
+      scores[k] = job(all[k]);
     } catch (const NumericalError&) {
-      // A heading so wrong that its filter breaks down is simply the worst.
-      scores[k].cost = std::numeric_limits<double>::infinity();
+      scores[k].assign(all[k].size(), failed());
     } catch (...) {
       failures[k] = std::current_exception();  // none may leave a parallel region
     }
@@ -105,7 +184,9 @@ std::vector<CandidateScore> evaluate_all(std::size_t candidates, const Job& job)
   for (const std::exception_ptr& failure : failures) {
     if (failure) std::rethrow_exception(failure);
   }
-  return scores;
+  std::vector<CandidateScore> in_order;
+  for (std::vector<CandidateScore>& some : scores) std::move(some.begin(), some.end(), std::back_inserter(in_order));
+  return in_order;
 }
 
 }  // namespace
@@ -153,8 +234,8 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
   // `paper` has no closed form over an interval.
   if (problem.intervals.intervals.empty() || problem.filter.dynamics.mechanization != Mechanization::exact) {
     const ImuCursor start = cursor_at(problem.data.imu(), problem.t_begin_s);
-    return evaluate_all(n, [&](std::size_t i) {
-      return evaluate(problem, BySamples{problem.data.imu(), start}, candidates[i]);
+    return evaluate_all(candidates, 1, [&](Headings one) {
+      return evaluate<Model>(problem, BySamples{problem.data.imu(), start}, one);
     });
   }
   std::vector<IntervalKey> keys = {interval_key({})};
@@ -167,20 +248,22 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
     keys.push_back(key);
     own.push_back(preintegrate_for(problem, candidates[i].parameters));
   }
-  return evaluate_all(n, [&](std::size_t i) {
-    const IntervalSeries& series = series_of[i] == 0 ? problem.intervals : own[series_of[i] - 1];
-    const FlightParameters& p = candidates[i].parameters;
+  return evaluate_all(candidates, Lanes::kCount, [&](Headings some) {
+    const std::size_t i = series_of[static_cast<std::size_t>(some.data() - candidates.data())];
+    const IntervalSeries& series = i == 0 ? problem.intervals : own[i - 1];
+    const FlightParameters& p = some.front().parameters;
     const bool as_prepared = p.imu_noise_scale == 1.0 && p.accel_noise_scale == 1.0;
-    if (as_prepared) return evaluate(problem, ByIntervals(series), candidates[i]);
+    if (as_prepared) return evaluate<LanesModel>(problem, ByIntervals(series), some);
     const ByRescaledIntervals motion{ByIntervals(series), problem.data.imu(),
                                      with_parameters(problem.filter, p).dynamics.noise};
-    return evaluate(problem, motion, candidates[i]);
+    return evaluate<LanesModel>(problem, motion, some);
   });
 }
 
 std::vector<FixInnovation> fix_innovations(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
   RecordingVisitor visitor{{}, problem.data, {}};
-  run(problem, BySamples{problem.data.imu(), cursor_at(problem.data.imu(), problem.t_begin_s)}, candidate, visitor);
+  const BySamples motion{problem.data.imu(), cursor_at(problem.data.imu(), problem.t_begin_s)};
+  run<Model>(problem, motion, Headings(&candidate, 1), visitor);
   return visitor.innovations;
 }
 

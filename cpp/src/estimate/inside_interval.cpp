@@ -54,112 +54,173 @@ Belief<Model> smoothed_before(const IntervalStep& step, const Adjoint& adjoint, 
   return smoothed;
 }
 
-InsideInterval::InsideInterval(const IntervalStep& step, const Vector<double, 6>& half_walk, const Adjoint* adjoint,
-                               bool covariance_reset)
-    : step_(step),
-      axes_(step.before.X.first, step.pre.T),
-      smoothed_(adjoint != nullptr),
-      covariance_reset_(covariance_reset) {
-  Cov P = step.before.P;
-  P.diagonal().tail<kBias>() += half_walk;
-  const Matrix3d W = hat(axes_.omega_ie_b) + axes_.kick;
-  enter_rows(P, W);
-  P.transposeInPlace();
-  enter_rows(P, W);
-  if (smoothed_) {
+namespace {
+
+// P and what the future says, in the coordinates of x_0.
+struct AtStart {
+  Cov P, M = Cov::Zero(), Lambda = Cov::Zero();
+  Vector<double, 15> lambda = Vector<double, 15>::Zero(), x_0 = lambda;
+
+  AtStart(const IntervalStep& step, const StartAxes<double>& axes, const Vector<double, 6>& half_walk,
+          const Adjoint* adjoint)
+      : P(step.before.P) {
+    P.diagonal().tail<kBias>() += half_walk;
+    const Matrix3d W = hat(axes.omega_ie_b) + axes.kick;
+    enter_rows(P, W);
+    P.transposeInPlace();
+    enter_rows(P, W);
+    if (adjoint == nullptr) return;
     // lambda and Lambda of x_0: K^-1 leaves rho by -W of nu'.
-    Vector<double, 15> lambda = adjoint->lambda;
-    Cov Lambda = adjoint->Lambda;
+    lambda = adjoint->lambda;
+    Lambda = adjoint->Lambda;
     lambda.segment<3>(kRho) -= W.transpose() * lambda.segment<3>(kNu);
     for (int side = 0; side < 2; ++side) {
       Lambda.middleRows<3>(kRho) -= W.transpose() * Lambda.middleRows<3>(kNu);
       Lambda.transposeInPlace();
     }
-    const Cov M = P.lazyProduct(Lambda);
-    x_0_ = P * lambda;
+    M = P.lazyProduct(Lambda);
+    x_0 = P * lambda;
     P -= Cov(M.lazyProduct(P));
-    M_nn_ << M.topLeftCorner<kNav, kNav>(), Eigen::Matrix<double, 3, kNav>::Zero();
-    M_bn_ = M.bottomLeftCorner<kBias, kNav>();
-    Lambda_ = Lambda.topLeftCorner<kNav, kNav>();
-    lambda_ = lambda.head<kNav>();
   }
-  P_nn_ << P.topLeftCorner<kNav, kNav>(), Eigen::Matrix<double, 3, kNav>::Zero();
-  P_nb_ << P.topRightCorner<kNav, kBias>(), Eigen::Matrix<double, 3, kBias>::Zero();
-  P_bb_ = P.bottomRightCorner<kBias, kBias>();
+};
+
+template <typename Scalar, int cols>
+NavRows<Scalar, cols> rows_of(const Eigen::Matrix<double, kNav, cols>& M) {
+  return {M.template topRows<3>().template cast<Scalar>(), M.template middleRows<3>(kNu).template cast<Scalar>(),
+          M.template bottomRows<3>().template cast<Scalar>()};
 }
 
-NavBelief InsideInterval::compute(const Preintegrated<double>& pre, NavColumns<double, 6>* P_bn) const {
-  using Tall6 = Eigen::Matrix<double, 12, kBias>;
-  const double t = pre.T;
-  const SE23<double> d{pre.dC, pre.dv, pre.dp};
-  // Here the second half of the gradient has not acted yet.
-  StartAxes<double> axes = axes_;
-  axes.kick.setZero();
-  const Tall6& B = pre.B;
-  const auto drift_rows = [&](auto& M) { M.template middleRows<3>(kRho) += t * M.template middleRows<3>(kNu); };
+template <typename Scalar>
+NavState<Scalar> cast(const NavState<double>& X) {
+  const SE23<double>& nav = X.first;
+  return {{nav.C.cast<Scalar>(), nav.v.cast<Scalar>(), nav.p.cast<Scalar>()}, {X.second.x.cast<Scalar>()}};
+}
 
-  NavBelief out;
-  out.P_bb = P_bb_;
-  NavSquare<double>& S = out.P_nn;
-  S = P_nn_;
-  drift(S, t);
-  drift_rows(S);
-  // A P A^T = S + Y + Y^T.
-  Tall6 D_P_nb = P_nb_;
-  drift_rows(D_P_nb);
-  const Tall6 BP = B.lazyProduct(P_bb_);
-  const Tall6 half = D_P_nb + 0.5 * BP;
-  NavSquare<double> Y = half.lazyProduct(B.topRows<kNav>().transpose()), N_transposed;
-  S += pre.Q;
+template <typename Scalar>
+IntervalPull<Scalar> cast(const IntervalPull<double>& pull) {
+  IntervalPull<Scalar> to;
+  to.start = pull.start.cast<Scalar>();
+  to.slope = pull.slope.cast<Scalar>();
+  to.bend = pull.bend.cast<Scalar>();
+  return to;
+}
 
-  Model::Tangent eps = Model::Tangent::Zero();
-  if (smoothed_) {
-    N_transposed = pre.Q;
-    drift(N_transposed, -t);
-    NavSquare<double> AM = M_nn_;
-    drift_rows(AM);
-    AM += B.lazyProduct(M_bn_) + 0.5 * N_transposed.lazyProduct(Lambda_);
-    Y -= AM.lazyProduct(N_transposed.topRows<kNav>().transpose());
+}  // namespace
 
-    Eigen::Matrix<double, 12, 1> moved = N_transposed.lazyProduct(lambda_) + B.lazyProduct(x_0_.tail<kBias>());
-    Eigen::Matrix<double, 1, kNav> x = x_0_.head<kNav>().transpose();
-    drift(x, t);
-    x += moved.head<kNav>().transpose();
-    leave_interval(x, d, axes);
-    eps << x.transpose(), x_0_.tail<kBias>();
+template <typename Scalar>
+InsideInterval<Scalar>::InsideInterval(const IntervalStep& step, const Vector<double, 6>& half_walk,
+                                       const Adjoint* adjoint, bool covariance_reset)
+    : smoothed_(adjoint != nullptr),
+      covariance_reset_(covariance_reset),
+      X_0_(cast<Scalar>(step.before.X)),
+      pull_(cast<Scalar>(step.pull)),
+      axes_(X_0_.first, Scalar(0)) {
+  const StartAxes<double> axes(step.before.X.first, step.pre.T);
+  const AtStart start(step, axes, half_walk, adjoint);
+  P_ = nav_covariance<Scalar>(start.P.template cast<Scalar>());
+  P_bb_ = start.P.bottomRightCorner<kBias, kBias>();
+  P_bb_lanes_ = P_bb_.template cast<Scalar>();
+  M_nn_transposed_ = rows_of<Scalar, kNav>(start.M.topLeftCorner<kNav, kNav>().transpose());
+  M_bn_ = start.M.bottomLeftCorner<kBias, kNav>().template cast<Scalar>();
+  Lambda_ = rows_of<Scalar, kNav>(start.Lambda.topLeftCorner<kNav, kNav>());
+  lambda_ = rows_of<Scalar, 1>(start.lambda.head<kNav>());
+  x_0_ = rows_of<Scalar, 1>(start.x_0.head<kNav>());
+  x_b_ = start.x_0.tail<kBias>().template cast<Scalar>();
+}
+
+// What both kinds of output begin with.
+template <typename Scalar>
+struct InsideInterval<Scalar>::Inside {
+  NavCovariance<Scalar, kBias> P;  // of (phi, z - W y, y)
+  NavState<Scalar> X;
+  typename SE23<Scalar>::JacobianBlocks J;  // from there to the left error of X
+};
+
+template <typename Scalar>
+typename InsideInterval<Scalar>::Inside InsideInterval<Scalar>::inside(const Preintegrated<Scalar>& pre) const {
+  const SE23<Scalar> d{pre.dC, pre.dv, pre.dp};
+  const IntervalNoise<Scalar> Q(pre);
+  Inside out{P_, X_0_, {pre.dC.transpose(), Matrix3<Scalar>::Zero(), Matrix3<Scalar>::Zero()}};
+  NavCovariance<Scalar, kBias>& P = out.P;
+  add_biases(P, pre, P_bb_lanes_);
+  add_noise(P, Q);
+  out.X.first = advance_interval(X_0_.first, d, pre.T, pull_);
+  if (!smoothed_) {
+    leave_interval(P, d, pre.T, axes_);
+    return out;
   }
-  detail::symmetric_sum(S, Y);
-  leave_interval(S, d, axes);
-  detail::transpose(S);
-  leave_interval(S, d, axes);
-  if (P_bn != nullptr) {
-    Tall6 S_nb = D_P_nb + BP;
-    if (smoothed_) S_nb -= N_transposed.lazyProduct(M_bn_.transpose());
-    *P_bn = S_nb.topRows<kNav>().transpose();
-    leave_interval(*P_bn, d, axes);
-  }
+  // A M Q + (A M Q)^T + Q Lambda Q = Y + Y^T, Y^T = Q H^T, H^T = M_nn^T + (B M_bn)^T + Lambda Q / 2.
+  const NavRows<Scalar, kNav> B_M = bias_times<Scalar, kNav>(pre, M_bn_), Q_Lambda = Q.times(Lambda_);
+  NavRows<Scalar, kNav> H = M_nn_transposed_;
+  const auto add_transposed = [&](int row, const Eigen::Matrix<Scalar, 3, kNav>& from_B,
+                                  const Eigen::Matrix<Scalar, 3, kNav>& from_Q) {
+    const Eigen::Matrix<Scalar, 3, kNav> sum = from_B + Scalar(0.5) * from_Q;
+    H.phi.template middleCols<3>(row) += sum.template middleCols<3>(kPhi).transpose();
+    H.nu.template middleCols<3>(row) += sum.template middleCols<3>(kNu).transpose();
+    H.rho.template middleCols<3>(row) += sum.template middleCols<3>(kRho).transpose();
+  };
+  add_transposed(kPhi, B_M.phi, Q_Lambda.phi);
+  add_transposed(kNu, B_M.nu, Q_Lambda.nu);
+  add_transposed(kRho, B_M.rho, Q_Lambda.rho);
+  const NavRows<Scalar, kNav> Y = Q.times(H);
+  const auto column = [&](int col) -> NavRows<Scalar, 3> {
+    return {-Y.phi.template middleCols<3>(col), -Y.nu.template middleCols<3>(col), -Y.rho.template middleCols<3>(col)};
+  };
+  add_symmetric(P, column(kPhi), column(kNu), column(kRho));
+  // M_bn Q.
+  const NavRows<Scalar, kBias> M_bt{M_bn_.template middleCols<3>(kPhi).transpose(),
+                                    M_bn_.template middleCols<3>(kNu).transpose(),
+                                    M_bn_.template middleCols<3>(kRho).transpose()},
+      Q_M = Q.times(M_bt);
+  P.b_phi -= Q_M.phi.transpose();
+  P.b_nu -= Q_M.nu.transpose();
+  P.b_rho -= Q_M.rho.transpose();
+  leave_interval(P, d, pre.T, axes_);
 
-  out.X = step_.before.X;
-  out.X.first = advance_interval(step_.before.X.first, d, t, step_.pull);
-  if (!smoothed_) return out;
-  out.X = Model::retract(out.X, eps);
+  const NavRows<Scalar, 1> B_x = bias_times<Scalar, 1>(pre, x_b_), Q_x = Q.times(lambda_);
+  const Vector3<Scalar> phi = x_0_.phi + B_x.phi + Q_x.phi, nu = x_0_.nu + B_x.nu + Q_x.nu,
+                        y = x_0_.rho + B_x.rho + Q_x.rho + pre.T * nu - d.p.cross(phi),
+                        z = nu - d.v.cross(phi) - axes_.omega_ie_b.cross(y);
+  typename LieModel<Scalar>::Tangent eps;
+  eps << pre.dC.transpose() * phi, pre.dC.transpose() * z, pre.dC.transpose() * y, x_b_;
+  out.X = LieModel<Scalar>::retract(out.X, eps);
   if (!covariance_reset_) return out;
-  const Model::Reset J(eps);
-  J.columns(S);
-  detail::transpose(S);
-  J.columns(S);
-  if (P_bn != nullptr) J.columns(*P_bn);
+  const typename SE23<Scalar>::JacobianBlocks J =
+      SE23<Scalar>::left_jacobian_blocks(-eps.template head<SE23<Scalar>::Dim>());
+  out.J = {J.J * pre.dC.transpose(), J.Q_nu * pre.dC.transpose(), J.Q_rho * pre.dC.transpose()};
   return out;
 }
 
-NavBelief InsideInterval::nav_at(const Preintegrated<double>& pre) const { return compute(pre, nullptr); }
+template <typename Scalar>
+NavBelief<Scalar> InsideInterval<Scalar>::nav_at(const Preintegrated<Scalar>& pre) const {
+  const Inside in = inside(pre);
+  const NavCovariance<Scalar, kBias>& P = in.P;
+  const Matrix3<Scalar>&J = in.J.J, Jt = J.transpose();
+  const Matrix3<Scalar> J_phi = J * P.phi_phi;
+  NavBelief<Scalar> out{in.X, J_phi * Jt, J * Matrix3<Scalar>(P.nu_nu * Jt), J * Matrix3<Scalar>(P.rho_rho * Jt)};
+  if (!smoothed_ || !covariance_reset_) return out;
+  // J nu + Q phi: J P_nu J^T + Z + Z^T, Z = (J P_nu_phi + Q P_phi / 2) Q^T
+  const auto add = [&](Matrix3<Scalar>& sum, const Matrix3<Scalar>& cross, const Matrix3<Scalar>& Q) {
+    const Matrix3<Scalar> half = J * cross + Scalar(0.5) * (Q * P.phi_phi), Z = half * Q.transpose();
+    sum += Z + Z.transpose();
+  };
+  add(out.P_nu, P.nu_phi, in.J.Q_nu);
+  add(out.P_rho, P.rho_phi, in.J.Q_rho);
+  return out;
+}
 
-Belief<Model> InsideInterval::at(const Preintegrated<double>& pre) const {
-  NavColumns<double, kBias> P_bn;
-  const NavBelief nav = compute(pre, &P_bn);
-  Belief<Model> belief{nav.X, {}};
-  belief.P << nav.P_nn.topRows<kNav>(), P_bn.transpose(), P_bn, nav.P_bb;
+template <typename Scalar>
+Belief<LieModel<Scalar>> InsideInterval<Scalar>::at(const Preintegrated<Scalar>& pre) const {
+  Inside in = inside(pre);
+  apply_jacobian(in.P, in.J);
+  Belief<LieModel<Scalar>> belief{in.X, {}};
+  belief.P.template bottomRightCorner<kBias, kBias>() = P_bb_lanes_;
+  set_nav_covariance(belief.P, in.P);
+  mirror(belief.P);
   return belief;
 }
+
+template class InsideInterval<double>;
+template class InsideInterval<Lanes>;
 
 }  // namespace liealign

@@ -90,12 +90,19 @@ void give_block(const Problem& p, const SmootherSink& sink, std::size_t block, s
     const IntervalStep& step = steps[i];
     give_node(p, sink, slot, step.from, step.from_event, step.pre.T > 0.0, step.before, smoothed[i]);
     if (step.pre.T == 0.0) continue;
-    const InsideInterval inside(step, 0.5 * bias_variance(noise, step.pre.T), &adjoints[i], p.reset());
-    const auto give = [&](std::size_t k, const Preintegrated<double>& pre) {
-      if (sink.wanted(k)) sink.inside(slot, k, inside, pre);
+    const InsideInterval<Lanes> inside(step, 0.5 * bias_variance(noise, step.pre.T), &adjoints[i], p.reset());
+    SampleLanes samples;
+    const auto give = [&] {
+      if (samples.count > 0) sink.inside(slot, samples, inside);
+      samples.count = 0;
+    };
+    const auto gather = [&](std::size_t k, const Preintegrated<double>& pre) {
+      if (sink.wanted(k)) samples.add(k, pre);
+      if (samples.full()) give();
     };
     ImuCursor at = step.from;
-    preintegrate_to(step.end_s, p.data.imu(), step.before.X.second.x, noise, at, give);
+    preintegrate_to(step.end_s, p.data.imu(), step.before.X.second.x, noise, at, gather);
+    give();
   }
   if (block + 1 == p.run.blocks.size()) give_end(p, sink, slot);
   sink.made(slot);

@@ -53,9 +53,17 @@ struct Output {
     return !config.rate_hz || k == 0 || step(t) > step(imu[k - 1].t_s);
   }
 
-  // Another point's needs the covariances with the biases as well.
-  Epoch epoch(std::size_t k, const InsideInterval& inside, const Preintegrated<double>& pre) const {
-    return frame.is_imu() ? epoch_of(imu[k].t_s, inside.nav_at(pre)) : epoch(k, inside.at(pre));
+  // give(epoch) for each sample. Another point's needs the covariances with the biases as well.
+  template <typename Give>
+  void epochs(const SampleLanes& samples, const InsideInterval<Lanes>& inside, const Give& give) const {
+    if (frame.is_imu()) {
+      const NavBelief<Lanes> belief = inside.nav_at(samples.pre);
+      for (int i = 0; i < samples.count; ++i)
+        give(epoch_of(imu[samples.k[static_cast<std::size_t>(i)]].t_s, belief, i, inside.P_bb()));
+    } else {
+      const Belief<LieModel<Lanes>> belief = inside.at(samples.pre);
+      for (int i = 0; i < samples.count; ++i) give(epoch(samples.k[static_cast<std::size_t>(i)], lane(belief, i)));
+    }
   }
 
   Epoch epoch(std::size_t k, const Belief<Model>& belief) const {
@@ -72,9 +80,12 @@ struct Parts {
   bool wanted;
   std::vector<std::vector<Epoch>> epochs = std::vector<std::vector<Epoch>>(part_slots());
 
-  template <typename... What>
-  void add(std::size_t slot, std::size_t k, const What&... what) {
-    if (wanted && output.wanted(k)) epochs[slot].push_back(output.epoch(k, what...));
+  void add(std::size_t slot, std::size_t k, const Belief<Model>& belief) {
+    if (wanted && output.wanted(k)) epochs[slot].push_back(output.epoch(k, belief));
+  }
+  // Of samples that are wanted.
+  void add(std::size_t slot, const SampleLanes& samples, const InsideInterval<Lanes>& inside) {
+    output.epochs(samples, inside, [&](const Epoch& epoch) { epochs[slot].push_back(epoch); });
   }
   void make(std::size_t slot) const { sink.make(slot, epochs[slot]); }
   void take(std::size_t slot) {
@@ -123,8 +134,8 @@ struct IntervalRecorder {
   void updated(const Event& event, UpdateKind kind, const Innovation<double>& i) const { run.record(event, kind, i); }
   bool wanted(std::size_t k) const { return run.filtered.wanted && run.output.wanted(k); }
   void epoch(std::size_t k, const Belief<Model>& belief) const { run.filtered.add(0, k, belief); }
-  void inside(std::size_t k, const InsideInterval& filtered, const Preintegrated<double>& pre) const {
-    run.filtered.add(0, k, filtered, pre);
+  void inside(const SampleLanes& samples, const InsideInterval<Lanes>& filtered) const {
+    run.filtered.add(0, samples, filtered);
   }
   void node(const RunState& state) const {
     run.filtered.hand_on(kPartEpochs);
@@ -145,8 +156,8 @@ void by_intervals(Run& run, const Belief<Model>& belief, const ImuCursor& start)
   SmootherSink sink;
   sink.wanted = [&](std::size_t k) { return run.output.wanted(k); };
   sink.epoch = [&](std::size_t slot, std::size_t k, const Belief<Model>& b) { run.smoothed.add(slot, k, b); };
-  sink.inside = [&](std::size_t slot, std::size_t k, const InsideInterval& inside, const Preintegrated<double>& pre) {
-    run.smoothed.add(slot, k, inside, pre);
+  sink.inside = [&](std::size_t slot, const SampleLanes& samples, const InsideInterval<Lanes>& inside) {
+    run.smoothed.add(slot, samples, inside);
   };
   sink.event = [&](std::size_t slot, double t_s, const Belief<Model>& filtered, const Belief<Model>& smoothed) {
     if (run.keep_events) events[slot].push_back({epoch_of(t_s, filtered), epoch_of(t_s, smoothed)});

@@ -22,6 +22,8 @@ struct FlightParameters {
   double velocity_std_scale =
       1.0;                     // on the velocities' besides: receivers state the two apart, or one of them not at all
   double turn_on_scale = 1.0;  // on the biases at the start, besides imu_noise_scale
+
+  bool operator==(const FlightParameters&) const = default;
 };
 
 // Everything about a flight that the candidates share.
@@ -34,7 +36,7 @@ struct AlignmentProblem {
   double t_begin_s = 0.0;  // rest used for the pre-tuning of tilt and biases begins
   double t_start_s = 0.0;  // the last instant of rest, or the first in motion: candidate headings hold here
   double t_end_s = 0.0;    // fixes in (t_start_s, t_end_s] are scored
-  // From t_begin_s to t_end_s, of preintegrate(); empty: the candidates go sample by sample, 75 times as long at 1 Hz.
+  // From t_begin_s to t_end_s, of preintegrate(); empty: the candidates go sample by sample, a few hundred times as long at 1 Hz.
   IntervalSeries intervals;
 };
 
@@ -73,8 +75,9 @@ Belief<LieModel<double>> start_belief(const AlignmentProblem& problem, const Ini
 // The IMU of the problem, cut at its events and preintegrated with the biases seen at rest.
 IntervalSeries preintegrate(const AlignmentProblem& problem);
 
-// One filter per candidate: pre-tuning at rest, then set_heading(), then the scored flight. Threads over candidates; the
-// result does not depend on their number.
+// One filter per candidate: pre-tuning at rest, then set_heading(), then the scored flight. Over intervals, neighbours that
+// differ in their headings alone go side by side. Threads over candidates; the result does not depend on their number, nor on
+// who goes beside whom.
 std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                                 const std::vector<HeadingCandidate>& candidates);
 

@@ -28,6 +28,17 @@ struct Belief {
   typename Model::Covariance P;
 };
 
+// One lane of a belief, and a belief into one.
+template <template <typename> typename Model>
+Belief<Model<double>> lane(const Belief<Model<Lanes>>& belief, int i) {
+  return {lane(belief.X, i), lane(belief.P, i)};
+}
+template <template <typename> typename Model>
+void set_lane(Belief<Model<Lanes>>& belief, int i, const Belief<Model<double>>& one) {
+  set_lane(belief.X, i, one.X);
+  set_lane(belief.P, i, one.P);
+}
+
 // What one update saw and did. ECEF axes (body axes for the zero rate).
 template <typename Scalar>
 struct Innovation {
@@ -38,6 +49,11 @@ struct Innovation {
   Scalar weight;  // gamma of (Eq. 25)
   Verdict verdict = Verdict::used;
 };
+
+// One lane. The verdict is that of all lanes together.
+inline Innovation<double> lane(const Innovation<Lanes>& a, int i) {
+  return {lane(a.z, i), lane(a.S, i), lane(a.nis, i), lane(a.half_log_det_S, i), lane(a.weight, i), a.verdict};
+}
 
 // How the state moves and how uncertain that is.
 struct Dynamics {
@@ -113,55 +129,49 @@ struct Ekf {
   }
 
   // What each bias gains in one half of an interval of T seconds.
-  Vector<Scalar, kBias> half_walk(double T) const {
-    return (0.5 * bias_variance(dynamics.noise, T)).template cast<Scalar>();
+  Vector<Scalar, kBias> half_walk(const Scalar& T) const {
+    return Scalar(0.5) * T * bias_variance(dynamics.noise, 1.0).template cast<Scalar>();
   }
 
   // z, S, zeta of a residual z = y - h(X) with measurement covariance R, at the belief as it is.
   // Throws NumericalError when S is not positive definite.
   Innovation<Scalar> innovate(const Belief<Model>& belief, const Vector3<Scalar>& z, const MeasurementMatrix& H,
                               const Matrix3d& R) const {
+    using std::isfinite;
     Innovation<Scalar> innovation;
     innovation.z = z;
     innovation.S = H.lazyProduct(times_transposed(belief.P, H)) + R.cast<Scalar>();
     const Eigen::LLT<Matrix3<Scalar>> llt(innovation.S);
-    if (llt.info() != Eigen::Success || !z.allFinite()) {
-      throw NumericalError("filter: the innovation covariance is not positive definite or the state is not finite");
-    }
     const Vector3<Scalar> whitened = llt.matrixL().solve(z);
     innovation.nis = whitened.squaredNorm();
+    if (llt.info() != Eigen::Success || !isfinite(innovation.nis)) {
+      throw NumericalError("filter: the innovation covariance is not positive definite or the state is not finite");
+    }
     innovation.half_log_det_S = half_log_det(llt);
     return innovation;
   }
 
   // (Eq. 28)-(Eq. 29) with gain weight * K. A weight of 0 leaves the belief as it is.
-  void correct(Belief<Model>& belief, Innovation<Scalar>& innovation, const MeasurementMatrix& H, const Matrix3d& R,
+  void correct(Belief<Model>& belief, Innovation<Scalar>& innovation, const MeasurementMatrix& H,
                const Scalar& weight) const {
     innovation.weight = weight;
     innovation.verdict = weight == Scalar(0)  ? Verdict::rejected
                          : weight < Scalar(1) ? Verdict::weighted
                                               : Verdict::used;
     if (innovation.verdict == Verdict::rejected) return;
-    // With a row of zeros more, columns are whole registers; (Eq. 29) is two updates of rank three: I - K H from the left,
-    // then from the right together with K R K^T.
-    Rows16 P;
-    P.template topRows<Model::Dim>() = belief.P;
-    P.row(Model::Dim).setZero();
-    const Tall PHt = times_transposed(P, H);
+    const Tall PHt = times_transposed(belief.P, H);
     const Tall K = weight * solve_from_right(PHt, innovation.S);
-    const typename Model::Tangent eps = K.template topRows<Model::Dim>().lazyProduct(innovation.z);
+    const typename Model::Tangent eps = K * innovation.z;
     belief.X = Model::retract(belief.X, eps);
-    P -= K.lazyProduct(PHt.template topRows<Model::Dim>().transpose());
-    const Tall U = times_transposed(P, H) - Tall(K.lazyProduct(R.cast<Scalar>()));
-    P -= U.lazyProduct(K.template topRows<Model::Dim>().transpose());
-    if (covariance_reset) {
-      const typename Model::Reset J(eps);
-      J.columns(P);
-      transpose(P);
-      J.columns(P);
-    }
-    for (int j = 0; j < Model::Dim; ++j)
-      for (int i = 0; i < Model::Dim; ++i) belief.P(i, j) = Scalar(0.5) * (P(i, j) + P(j, i));
+    // (I - K H) P (I - K H)^T + K R K^T = P - K U^T - U K^T, U = P H^T - K S / 2, on and below the diagonal.
+    const Tall U = PHt - Scalar(0.5) * K.lazyProduct(innovation.S);
+    for (int j = 0; j < Model::Dim; j += 3)
+      for (int i = j; i < Model::Dim; i += 3)
+        belief.P.template block<3, 3>(i, j) -=
+            K.template middleRows<3>(i).lazyProduct(U.template middleRows<3>(j).transpose()) +
+            U.template middleRows<3>(i).lazyProduct(K.template middleRows<3>(j).transpose());
+    if (covariance_reset) Model::reset(belief.P, eps);
+    mirror(belief.P);
   }
 
   // P <- [F B; 0 I] P [F B; 0 I]^T + [B Sigma B^T, 0; 0, Q_b], with the zeros and identities used.
@@ -186,17 +196,14 @@ struct Ekf {
   static void symmetrise(Covariance& P) { P = (Scalar(0.5) * (P + P.transpose())).eval(); }
 
  private:
-  using Rows16 = Eigen::Matrix<Scalar, Model::Dim + 1, Model::Dim>;
-  using Tall = Eigen::Matrix<Scalar, Model::Dim + 1, 3>;
+  using Tall = Eigen::Matrix<Scalar, Model::Dim, 3>;
 
-  // M H^T. A measurement sees two or three of the five blocks of the error, the others are left out.
-  template <int rows>
-  static Eigen::Matrix<Scalar, rows, 3> times_transposed(const Eigen::Matrix<Scalar, rows, Model::Dim>& M,
-                                                         const MeasurementMatrix& H) {
-    Eigen::Matrix<Scalar, rows, 3> out = Eigen::Matrix<Scalar, rows, 3>::Zero();
+  // P H^T. A measurement sees two or three of the five blocks of the error, the others are left out.
+  static Tall times_transposed(const Covariance& P, const MeasurementMatrix& H) {
+    Tall out = Tall::Zero();
     for (int block = 0; block < Model::Dim; block += 3) {
       const Matrix3<Scalar> H_block = H.template middleCols<3>(block);
-      if (!H_block.isZero(0.0)) out += M.template middleCols<3>(block).lazyProduct(H_block.transpose());
+      if (!H_block.isZero(0.0)) out += P.template middleCols<3>(block).lazyProduct(H_block.transpose());
     }
     return out;
   }
@@ -216,16 +223,9 @@ struct Ekf {
     return K;
   }
 
-  static void transpose(Rows16& M) {
-    for (int j = 1; j < Model::Dim; ++j)
-      for (int i = 0; i < j; ++i) std::swap(M(i, j), M(j, i));
-  }
-
   static Scalar half_log_det(const Eigen::LLT<Matrix3<Scalar>>& llt) {
     using std::log;
-    Scalar sum(0);
-    for (int i = 0; i < 3; ++i) sum += log(llt.matrixLLT()(i, i));
-    return sum;
+    return log(llt.matrixLLT().diagonal().prod());
   }
 };
 

@@ -91,7 +91,7 @@ Innovation<typename Model::Scalar> gated_update(const Ekf<Model>& ekf, const Gat
                                                 const Matrix3d& R) {
   using Scalar = typename Model::Scalar;
   Innovation<Scalar> innovation = ekf.innovate(belief, y.cast<Scalar>() - m.h, m.H, R);
-  ekf.correct(belief, innovation, m.H, R, gate_weight(gate, innovation.nis));
+  ekf.correct(belief, innovation, m.H, gate_weight(gate, innovation.nis));
   return innovation;
 }
 
@@ -117,7 +117,7 @@ Innovation<typename Model::Scalar> position_update(const Ekf<Model>& ekf, const 
   const double tau = fix.t_s - state.last_inside_s;
   if (state.beyond == 0) state.last_inside_s = fix.t_s;
   if (options.reacquire_after <= 0 || state.beyond <= options.reacquire_after) {
-    ekf.correct(belief, innovation, m.H, fix.R_p_e, weight);
+    ekf.correct(belief, innovation, m.H, weight);
     return innovation;
   }
   state = {0, fix.t_s};
@@ -126,7 +126,7 @@ Innovation<typename Model::Scalar> position_update(const Ekf<Model>& ekf, const 
   belief.P.diagonal().template segment<3>(kNu).array() += z2 / Scalar(tau * tau);
   P_predicted = belief.P;
   innovation = ekf.innovate(belief, z, m.H, fix.R_p_e);
-  ekf.correct(belief, innovation, m.H, fix.R_p_e, Scalar(1));
+  ekf.correct(belief, innovation, m.H, Scalar(1));
   innovation.verdict = Verdict::reacquired;
   return innovation;
 }

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "liealign/core/lanes.hpp"
+
 namespace liealign {
 
 enum class Outliers { weight, reject, off };
@@ -52,6 +54,8 @@ inline Gate scaled(const Gate& gate, double scale) { return {gate.outliers, gate
 struct GateScales {
   double position = 1.0;
   double velocity = 1.0;
+
+  bool operator==(const GateScales&) const = default;
 };
 
 // gamma of (Eq. 25): 1 = used in full, 0 = not used.
@@ -68,6 +72,11 @@ Scalar bounded_loss(const Gate& gate, const Scalar& zeta) {
   if (gate.outliers == Outliers::off || zeta <= Scalar(gate.kappa)) return Scalar(0.5) * zeta;
   const Scalar half(0.5 * gate.kappa);
   return gate.outliers == Outliers::reject ? half : half * (Scalar(1) + log(zeta / Scalar(gate.kappa)));
+}
+
+// Lanes have gates of their own.
+inline Lanes gate_weight(const Gate& gate, const Lanes& zeta) {
+  return for_lanes(zeta, [&](double one) { return gate_weight(gate, one); });
 }
 
 }  // namespace liealign

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <functional>
-#include <utility>
 #include <vector>
 
 #include "liealign/core/progress.hpp"
@@ -28,17 +27,19 @@ inline constexpr std::size_t kBlockNodes = 32;
 template <typename Visitor>
 struct WantedSamples {
   Visitor& visitor;
-  std::vector<std::pair<std::size_t, Preintegrated<double>>> samples = {};
+  std::vector<SampleLanes> samples = {};
 
   void updated(const Event& event, UpdateKind kind, const Innovation<double>& i) { visitor.updated(event, kind, i); }
   void inside(std::size_t k, const Preintegrated<double>& pre) {
-    if (visitor.wanted(k)) samples.emplace_back(k, pre);
+    if (!visitor.wanted(k)) return;
+    if (samples.empty() || samples.back().full()) samples.emplace_back();
+    samples.back().add(k, pre);
   }
 };
 
 // From `run` through all events. The visitor gets updated() as in next_node(), node(run) after each, and for the stamps
-// of samples k that are wanted(k) the filter's epochs in the order of time: epoch(k, belief) at a node, inside(k,
-// InsideInterval, pre) between two.
+// of samples k that are wanted(k) the filter's epochs in the order of time: epoch(k, belief) at a node,
+// inside(samples, InsideInterval) between two.
 template <typename Visitor>
 ForwardRun run_forward(const FlightData& data, const FilterOptions& options, RunState run, Visitor& visitor) {
   const auto give_node = [&](const ImuCursor& at, const Belief<LieModel<double>>& belief) {
@@ -53,8 +54,8 @@ ForwardRun run_forward(const FlightData& data, const FilterOptions& options, Run
     if (step.pre.T > 0.0) give_node(step.from, step.before);
     if (!inside.samples.empty()) {
       const Vector<double, 6> half_walk = 0.5 * bias_variance(options.dynamics.noise, step.pre.T);
-      const InsideInterval filtered(step, half_walk, nullptr, options.covariance_reset);
-      for (const auto& [k, pre] : inside.samples) visitor.inside(k, filtered, pre);
+      const InsideInterval<Lanes> filtered(step, half_walk, nullptr, options.covariance_reset);
+      for (const SampleLanes& samples : inside.samples) visitor.inside(samples, filtered);
       inside.samples.clear();
     }
     visitor.node(run);
@@ -68,10 +69,9 @@ ForwardRun run_forward(const FlightData& data, const FilterOptions& options, Run
 struct SmootherSink {
   using BeliefAt = Belief<LieModel<double>>;
   std::function<bool(std::size_t k)> wanted;  // whether the epoch on the stamp of sample k is
-  // In order of time within a part: an epoch at a node, and one inside an interval, from its samples up to there.
+  // In order of time within a part: an epoch at a node, and a few inside an interval, from its samples up to there.
   std::function<void(std::size_t slot, std::size_t k, const BeliefAt& smoothed)> epoch;
-  std::function<void(std::size_t slot, std::size_t k, const InsideInterval& smoothed, const Preintegrated<double>& pre)>
-      inside;
+  std::function<void(std::size_t slot, const SampleLanes& samples, const InsideInterval<Lanes>& smoothed)> inside;
   std::function<void(std::size_t slot, double t_s, const BeliefAt& filtered, const BeliefAt& smoothed)> event;
   std::function<void(std::size_t slot)> made;
   // One at a time, parts in order of time.

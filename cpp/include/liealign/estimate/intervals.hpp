@@ -70,7 +70,8 @@ struct ByIntervals {
   void move_to(double t_target, const Ekf<Model>& ekf, Belief<Model>& belief, Visitor&) {
     for (; next < series.intervals.size() && series.intervals[next].end_s <= t_target; ++next) {
       const Interval& interval = series.intervals[next];
-      ekf.predict(belief, interval.pre, series.b_0);
+      using Scalar = typename Model::Scalar;
+      ekf.predict(belief, interval.pre.template cast<Scalar>(), series.b_0.template cast<Scalar>());
       t_s = interval.end_s;
     }
   }
@@ -98,10 +99,10 @@ struct ByRescaledIntervals {
       } else {
         pre = interval.pre;
         const WhiteDensity was = white_density(old, 0.0), is = white_density(noise, 0.0);
-        const double share = old.shape ? old.shape->mean(as.t_s, interval.end_s).accel : 1.0;
-        pre.rescale_noise(is.gyro / was.gyro, is.accel / was.accel, share * was.accel);
+        pre.rescale_noise(is.gyro / was.gyro, is.accel / was.accel);
       }
-      ekf.predict(belief, pre, as.series.b_0);
+      using Scalar = typename Model::Scalar;
+      ekf.predict(belief, pre.template cast<Scalar>(), as.series.b_0.template cast<Scalar>());
       as.t_s = interval.end_s;
     }
   }

@@ -5,6 +5,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "liealign/ins/interval_error.hpp"
 #include "liealign/ins/measurements.hpp"
 #include "liealign/ins/mechanization.hpp"
 
@@ -20,24 +21,14 @@ struct LieModel {
 
   static State retract(const State& X, const Tangent& eps) { return X * State::exp(eps); }
   static Tangent local(const State& X_hat, const State& X) { return (X_hat.inverse() * X).log(); }
-  // M <- M J_r(eps)^T, M of any number of rows: the reset of the left error.
-  struct Reset {
-    typename SE23<Scalar>::JacobianBlocks blocks;
-
-    explicit Reset(const Tangent& eps)
-        : blocks(SE23<Scalar>::left_jacobian_blocks(-eps.template head<SE23<Scalar>::Dim>())) {}
-
-    template <typename Columns>
-    void columns(Columns& M) const {
-      using Block = Eigen::Matrix<Scalar, Columns::RowsAtCompileTime, 3>;
-      const Block phi = M.template middleCols<3>(kPhi), nu = M.template middleCols<3>(kNu),
-                  rho = M.template middleCols<3>(kRho);
-      const Matrix3<Scalar> Jt = blocks.J.transpose();
-      M.template middleCols<3>(kPhi) = phi.lazyProduct(Jt);
-      M.template middleCols<3>(kNu) = nu.lazyProduct(Jt) + phi.lazyProduct(blocks.Q_nu.transpose());
-      M.template middleCols<3>(kRho) = rho.lazyProduct(Jt) + phi.lazyProduct(blocks.Q_rho.transpose());
-    }
-  };
+  // P <- J_r(eps) P J_r(eps)^T, the reset of the left error, on the half of P below its diagonal.
+  static void reset(Covariance& P, const Tangent& eps) {
+    const typename SE23<Scalar>::JacobianBlocks J =
+        SE23<Scalar>::left_jacobian_blocks(-eps.template head<SE23<Scalar>::Dim>());
+    NavCovariance<Scalar, 6> nav = nav_covariance(P);
+    apply_jacobian(nav, J);
+    set_nav_covariance(P, nav);
+  }
   static Covariance right_jacobian(const Tangent& eps) { return State::right_jacobian(eps); }
   static Covariance right_jacobian_inverse(const Tangent& eps) { return State::right_jacobian_inverse(eps); }
 
@@ -57,5 +48,16 @@ struct LieModel {
   static Prediction<Scalar> zero_velocity(const State& X) { return predict_zero_velocity(X); }
   static Prediction<Scalar> zero_rate(const State& X) { return predict_zero_rate(X); }
 };
+
+// One lane of a state, and a state into one.
+inline NavState<double> lane(const NavState<Lanes>& X, int i) {
+  return {{lane(X.first.C, i), lane(X.first.v, i), lane(X.first.p, i)}, {lane(X.second.x, i)}};
+}
+inline void set_lane(NavState<Lanes>& X, int i, const NavState<double>& one) {
+  set_lane(X.first.C, i, one.first.C);
+  set_lane(X.first.v, i, one.first.v);
+  set_lane(X.first.p, i, one.first.p);
+  set_lane(X.second.x, i, one.second.x);
+}
 
 }  // namespace liealign

@@ -26,14 +26,15 @@ inline Epoch epoch_of(double t_s, const Belief<LieModel<double>>& b) {
           b.P.diagonal().segment<3>(kBg)};
 }
 
-inline Epoch epoch_of(double t_s, const NavBelief& b) {
+// Of lane i.
+inline Epoch epoch_of(double t_s, const NavBelief<Lanes>& b, int i, const SquareMatrix<double, 6>& P_bb) {
   return {t_s,
-          b.X,
-          b.P_nn.block<3, 3>(kPhi, kPhi),
-          b.P_nn.block<3, 3>(kNu, kNu),
-          b.P_nn.block<3, 3>(kRho, kRho),
-          b.P_bb.diagonal().head<3>(),
-          b.P_bb.diagonal().tail<3>()};
+          lane(b.X, i),
+          lane(b.P_phi, i),
+          lane(b.P_nu, i),
+          lane(b.P_rho, i),
+          P_bb.diagonal().head<3>(),
+          P_bb.diagonal().tail<3>()};
 }
 
 // An epoch in the terms of the output: geodetic, NED, Euler angles, one sigma. Angles in rad, lengths in m.

@@ -1,57 +1,18 @@
 // The left error over a preintegrated interval, block by block, without a dense transition.
 //
-// In axes that stay those of the start, with nu' as in (Eq. 50) and time t into the interval:
+// In axes that stay those of the start, with nu' as in (Eq. 50), rho without its drift by nu', and time t into the interval:
 //   x_0 = (phi, nu + (W + k) rho, rho),  W = hat(C^T omega_ie), k = T/2 C^T (grad gamma) C
-//   x_t = D_t x_0 + B_t b + w,           D_t: rho drifts by t nu';  B_t of (Eq. 51);  w ~ Q_t
-//   rho = dC^T y, nu = dC^T (z - (W - k) y), phi = dC^T phi_t,  y = rho_t - hat(dp) phi_t, z = nu'_t - hat(dv) phi_t   (Eq. 53)
+//   x_t = x_0 + B_t b + w,               B_t of (Eq. 51);  w ~ Q_t
+//   rho = dC^T y, nu = dC^T (z - (W - k) y), phi = dC^T phi_t,  y = rho_t + t nu_t - hat(dp) phi_t, z = nu_t - hat(dv) phi_t   (Eq. 53)
 // The gradient of gravitation acts half at the start, half at the end of the interval (at its end alone k counts in the
 // last line): within it nothing but drift is left.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "liealign/ins/nav_covariance.hpp"
 #include "liealign/ins/preintegration.hpp"
 
 namespace liealign {
-
-// Matrices of nine columns (phi, nu, rho), whose rows stand for anything. Operations on columns are vectorised over rows.
-template <typename Scalar, int rows>
-using NavColumns = Eigen::Matrix<Scalar, rows, 9>;
-// A 9x9 one with three rows of zeros, so that columns divide into whole registers.
-template <typename Scalar>
-using NavSquare = NavColumns<Scalar, 12>;
-
-namespace detail {
-
-// M.cols(to) += M.cols(from) A^T.
-template <typename Scalar, int rows, int cols>
-void add_columns(Eigen::Matrix<Scalar, rows, cols>& M, int to, int from, const Matrix3<Scalar>& A) {
-  const Eigen::Matrix<Scalar, rows, 3> source = M.template middleCols<3>(from);
-  M.template middleCols<3>(to) += source.lazyProduct(A.transpose());
-}
-
-// M.cols(to) -= M.cols(from) hat(x)^T.
-template <typename Scalar, int rows, int cols>
-void subtract_cross_columns(Eigen::Matrix<Scalar, rows, cols>& M, int to, int from, const Vector3<Scalar>& x) {
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    M.col(to + i) += x[k] * M.col(from + j) - x[j] * M.col(from + k);
-  }
-}
-
-template <typename Scalar>
-void transpose(NavSquare<Scalar>& M) {
-  for (int j = 1; j < 9; ++j)
-    for (int i = 0; i < j; ++i) std::swap(M(i, j), M(j, i));
-}
-
-// S + Y + Y^T, exactly symmetric where S is.
-template <typename Scalar>
-void symmetric_sum(NavSquare<Scalar>& S, const NavSquare<Scalar>& Y) {
-  S += Y;
-  S.template topRows<9>() += Y.template topRows<9>().transpose();
-}
-
-}  // namespace detail
 
 // What (Eq. 53) needs of the state at the start.
 template <typename Scalar>
@@ -59,49 +20,92 @@ struct StartAxes {
   Vector3<Scalar> omega_ie_b;  // C^T omega_ie, rad/s
   Matrix3<Scalar> kick;        // k, 1/s
 
-  StartAxes(const SE23<Scalar>& X, double T)
+  StartAxes(const SE23<Scalar>& X, const Scalar& T)
       : omega_ie_b(X.C.transpose() * wgs84::omega_ie_e<Scalar>()),
-        kick(Scalar(0.5 * T) * (X.C.transpose() * gravitation_gradient_e(X.p) * X.C)) {}
+        kick((Scalar(0.5) * T) * (X.C.transpose() * gravitation_gradient_e(X.p) * X.C)) {}
 };
 
-// M <- M K^T, K: (phi, nu, rho) to x_0.
-template <typename Scalar, int rows>
-void enter_interval(NavColumns<Scalar, rows>& M, const StartAxes<Scalar>& a) {
-  constexpr int kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
-  detail::add_columns<Scalar>(M, kNu, kRho, hat(a.omega_ie_b) + a.kick);
+// x_0 from the left error.
+template <typename Scalar, int n>
+void enter_interval(NavCovariance<Scalar, n>& P, const StartAxes<Scalar>& a) {
+  P.add_to_nu(hat(a.omega_ie_b) + a.kick);
 }
 
-// M <- M D^T.
-template <typename Scalar, int rows>
-void drift(NavColumns<Scalar, rows>& M, const Scalar& t) {
-  constexpr int kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
-  M.template middleCols<3>(kRho) += t * M.template middleCols<3>(kNu);
+// (phi, z - (W - k) y, y) from x_t.
+template <typename Scalar, int n>
+void leave_interval(NavCovariance<Scalar, n>& P, const SE23<Scalar>& d, const Scalar& t, const StartAxes<Scalar>& a) {
+  using detail::cross_columns;
+  using detail::cross_rows;
+  // M hat(x)^T = -M hat(x).
+  P.b_rho += t * P.b_nu + cross_columns(P.b_phi, d.p);
+  P.b_nu += cross_columns(P.b_phi, d.v);
+  const Matrix3<Scalar> phi_nu = P.nu_phi.transpose(), phi_rho = P.rho_phi.transpose(), nu_rho = P.rho_nu.transpose();
+  const Matrix3<Scalar> y_nu = P.rho_nu + t * P.nu_nu - cross_rows(d.p, phi_nu);
+  const Matrix3<Scalar> y_rho = P.rho_rho + t * nu_rho - cross_rows(d.p, phi_rho);
+  P.rho_phi += t * P.nu_phi - cross_rows(d.p, P.phi_phi);
+  P.nu_phi -= cross_rows(d.v, P.phi_phi);
+  P.rho_nu = y_nu + cross_columns(P.rho_phi, d.v);
+  P.rho_rho = y_rho + t * y_nu + cross_columns(P.rho_phi, d.p);
+  P.nu_nu += cross_columns(P.nu_phi, d.v) - cross_rows(d.v, phi_nu);
+  P.add_to_nu(a.kick - hat(a.omega_ie_b));
 }
 
-// M <- M L^T, L: x_T to (phi, nu, rho) at the end.
-template <typename Scalar, int rows>
-void leave_interval(NavColumns<Scalar, rows>& M, const SE23<Scalar>& d, const StartAxes<Scalar>& a) {
-  constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
-  detail::subtract_cross_columns<Scalar>(M, kRho, kPhi, d.p);
-  detail::subtract_cross_columns<Scalar>(M, kNu, kPhi, d.v);
-  detail::add_columns<Scalar>(M, kNu, kRho, a.kick - hat(a.omega_ie_b));
-  for (const int block : {kPhi, kNu, kRho}) {
-    const Eigen::Matrix<Scalar, rows, 3> source = M.template middleCols<3>(block);
-    M.template middleCols<3>(block) = source.lazyProduct(d.C);
-  }
+// B M of (Eq. 51).
+template <typename Scalar, int cols>
+NavRows<Scalar, cols> bias_times(const Preintegrated<Scalar>& pre, const Eigen::Matrix<Scalar, 6, cols>& M) {
+  const Eigen::Matrix<Scalar, 3, cols> M_a = M.template topRows<3>(), M_g = M.template bottomRows<3>();
+  return {-pre.C_1.lazyProduct(M_g), -pre.C_1.lazyProduct(M_a) - pre.C_v.lazyProduct(M_g),
+          pre.C_s.lazyProduct(M_a) - pre.C_q.lazyProduct(M_g)};
 }
 
-// The transition (F, B) of the left error over the whole interval, as matrices.
+// Q_t, of which rho_nu is the covariance of rho (rows) and nu.
 template <typename Scalar>
-NavTransition<Scalar> interval_transition(const StartAxes<Scalar>& axes, const SE23<Scalar>& d,
-                                          const Preintegrated<Scalar>& pre) {
-  NavColumns<Scalar, 9> F_transposed = NavColumns<Scalar, 9>::Identity();
-  enter_interval(F_transposed, axes);
-  drift(F_transposed, Scalar(pre.T));
-  leave_interval(F_transposed, d, axes);
-  NavColumns<Scalar, 6> B_transposed = pre.B.template topRows<9>().transpose();
-  leave_interval(B_transposed, d, axes);
-  return {F_transposed.transpose(), B_transposed.transpose()};
+struct IntervalNoise {
+  Scalar phi;                       // times the identity
+  Vector3<Scalar> nu_phi, rho_phi;  // by hat()
+  Matrix3<Scalar> nu, rho_nu, rho;
+
+  explicit IntervalNoise(const Preintegrated<Scalar>& pre)
+      : phi(pre.g), nu_phi(pre.g_v), rho_phi(pre.g_q), nu(-pre.g_vv), rho_nu(-pre.g_vq), rho(-pre.g_qq) {
+    nu.diagonal().array() += pre.g_vv.trace() + pre.f;
+    rho_nu.diagonal().array() += pre.g_vq.trace() - pre.f_s;
+    rho.diagonal().array() += pre.g_qq.trace() + pre.f_ss;
+  }
+
+  // Q M.
+  template <int cols>
+  NavRows<Scalar, cols> times(const NavRows<Scalar, cols>& M) const {
+    using detail::cross_rows;
+    return {phi * M.phi - cross_rows(nu_phi, M.nu) - cross_rows(rho_phi, M.rho),
+            cross_rows(nu_phi, M.phi) + nu.lazyProduct(M.nu) + rho_nu.transpose().lazyProduct(M.rho),
+            cross_rows(rho_phi, M.phi) + rho_nu.lazyProduct(M.nu) + rho.lazyProduct(M.rho)};
+  }
+};
+
+// P <- P + Q_t.
+template <typename Scalar, int n>
+void add_noise(NavCovariance<Scalar, n>& P, const IntervalNoise<Scalar>& Q) {
+  P.phi_phi.diagonal().array() += Q.phi;
+  P.nu_phi += hat(Q.nu_phi);
+  P.rho_phi += hat(Q.rho_phi);
+  P.nu_nu += Q.nu;
+  P.rho_nu += Q.rho_nu;
+  P.rho_rho += Q.rho;
+}
+
+// P <- [I B; 0 I] P [I B; 0 I]^T, P_bb that of the biases, all six of which P has.
+template <typename Scalar>
+void add_biases(NavCovariance<Scalar, 6>& P, const Preintegrated<Scalar>& pre, const SquareMatrix<Scalar, 6>& P_bb) {
+  using Columns = Eigen::Matrix<Scalar, 6, 3>;
+  const NavRows<Scalar, 6> B_bb = bias_times<Scalar, 6>(pre, P_bb);
+  const Scalar half(0.5);
+  // B P_bn + P_nb B^T + B P_bb B^T = Y + Y^T
+  add_symmetric(P, bias_times<Scalar, 3>(pre, Columns(P.b_phi + half * B_bb.phi.transpose())),
+                bias_times<Scalar, 3>(pre, Columns(P.b_nu + half * B_bb.nu.transpose())),
+                bias_times<Scalar, 3>(pre, Columns(P.b_rho + half * B_bb.rho.transpose())));
+  P.b_phi += B_bb.phi.transpose();
+  P.b_nu += B_bb.nu.transpose();
+  P.b_rho += B_bb.rho.transpose();
 }
 
 // P (15x15, of the left error) over the whole interval; half_walk is what the biases gain in one half of it: they walk on
@@ -109,42 +113,54 @@ NavTransition<Scalar> interval_transition(const StartAxes<Scalar>& axes, const S
 template <typename Scalar>
 void propagate_interval(SquareMatrix<Scalar, 15>& P, const StartAxes<Scalar>& axes, const SE23<Scalar>& d,
                         const Preintegrated<Scalar>& pre, const Vector<Scalar, 6>& half_walk) {
-  constexpr int kNav = 9, kBias = 6;
-  P.diagonal().template tail<kBias>() += half_walk;
-  const SquareMatrix<Scalar, kBias> P_bb = P.template bottomRightCorner<kBias, kBias>();
-  NavColumns<Scalar, kBias> P_bn = P.template bottomLeftCorner<kBias, kNav>();
-  NavSquare<Scalar> S;
-  S.template topRows<kNav>() = P.template topLeftCorner<kNav, kNav>();
-  S.template bottomRows<3>().setZero();
+  P.diagonal().template tail<6>() += half_walk;
+  NavCovariance<Scalar, 6> nav = nav_covariance(P);
+  enter_interval(nav, axes);
+  add_biases<Scalar>(nav, pre, P.template bottomRightCorner<6, 6>());
+  add_noise(nav, IntervalNoise<Scalar>(pre));
+  leave_interval(nav, d, pre.T, axes);
+  turn(nav, d.C);
+  set_nav_covariance(P, nav);
+  mirror(P);
+  P.diagonal().template tail<6>() += half_walk;
+}
 
-  const Scalar T(pre.T);
-  for (int side = 0; side < 2; ++side) {
-    enter_interval(S, axes);
-    drift(S, T);
-    if (side == 0) detail::transpose(S);
-  }
-  enter_interval(P_bn, axes);
-  drift(P_bn, T);
+// ---- As matrices ----------------------------------------------------------------------------------------------------
 
-  const Eigen::Matrix<Scalar, kBias, kNav> B_transposed = pre.B.template topRows<kNav>().transpose();
-  const Eigen::Matrix<Scalar, 12, kBias> B_bb = pre.B.lazyProduct(P_bb);
-  // S + B P_bn + P_nb B^T + B P_bb B^T + Q = S + Y + Y^T + Q
-  Eigen::Matrix<Scalar, 12, kBias> half = Scalar(0.5) * B_bb;
-  half.template topRows<kNav>() += P_bn.transpose();
-  const NavSquare<Scalar> Y = half.lazyProduct(B_transposed);
-  S += pre.Q;
-  detail::symmetric_sum(S, Y);
-  P_bn += B_bb.template topRows<kNav>().transpose();
+// B_t of (Eq. 53).
+template <typename Scalar>
+Eigen::Matrix<Scalar, 9, 6> bias_columns(const Preintegrated<Scalar>& pre) {
+  const NavRows<Scalar, 6> B = bias_times<Scalar, 6>(pre, SquareMatrix<Scalar, 6>::Identity());
+  Eigen::Matrix<Scalar, 9, 6> out;
+  out << B.phi, B.nu, B.rho;
+  return out;
+}
 
-  leave_interval(S, d, axes);
-  detail::transpose(S);
-  leave_interval(S, d, axes);
-  leave_interval(P_bn, d, axes);
-  for (int j = 0; j < kNav; ++j)
-    for (int i = j; i < kNav; ++i) P(i, j) = P(j, i) = Scalar(0.5) * (S(i, j) + S(j, i));
-  P.template bottomLeftCorner<kBias, kNav>() = P_bn;
-  P.template topRightCorner<kNav, kBias>() = P_bn.transpose();
-  P.diagonal().template tail<kBias>() += half_walk;
+// x_t to the left error at time t, the last line of (Eq. 53).
+template <typename Scalar>
+SquareMatrix<Scalar, 9> leave_matrix(const SE23<Scalar>& d, const Scalar& t, const StartAxes<Scalar>& a) {
+  constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
+  SquareMatrix<Scalar, 9> L = SquareMatrix<Scalar, 9>::Identity();
+  L.template block<3, 3>(kRho, kPhi) = -hat(d.p);
+  L.template block<3, 3>(kRho, kNu).diagonal().setConstant(t);
+  L.template block<3, 3>(kNu, kPhi) = -hat(d.v);
+  const Matrix3<Scalar> W_k = hat(a.omega_ie_b) - a.kick;
+  L.template middleRows<3>(kNu) -= W_k.lazyProduct(L.template middleRows<3>(kRho));
+  for (const int block : {kPhi, kNu, kRho})
+    L.template middleRows<3>(block) = d.C.transpose().lazyProduct(L.template middleRows<3>(block)).eval();
+  return L;
+}
+
+// The transition (F, B) of the left error over the whole interval.
+template <typename Scalar>
+NavTransition<Scalar> interval_transition(const StartAxes<Scalar>& axes, const SE23<Scalar>& d,
+                                          const Preintegrated<Scalar>& pre) {
+  constexpr int kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
+  NavTransition<Scalar> t;
+  t.F = leave_matrix(d, pre.T, axes);
+  t.B = t.F.lazyProduct(bias_columns(pre));
+  t.F.template middleCols<3>(kRho) += t.F.template middleCols<3>(kNu).lazyProduct(hat(axes.omega_ie_b) + axes.kick);
+  return t;
 }
 
 }  // namespace liealign

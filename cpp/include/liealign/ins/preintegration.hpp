@@ -6,10 +6,11 @@
 // gravitation, turns with nothing, for its field is round about the axis of the Earth; it is integrated by Simpson's
 // rule over T. The error is that of Simpson's rule and of its middle position: below 3e-7 m/s and 1e-7 m for T = 1 s (tested).
 //
-// Errors are gathered in body axes of the start, eta = Ad(dX) eps' with eps' = (phi, nu', rho): there the motion is
-// rho += nu dt, an error of the rate at s enters through (I, hat(dv_s), hat(dp_s)) C_s and one of the force through (0, I, 0) C_s.
-//   B_phi_g = B_nu_a = -int C,  B_nu_g = -int hat(dv) C,  B_rho_g = int (B_nu_g - hat(dp) C),  B_rho_a = int B_nu_a   (Eq. 51)
-// Noise is the same along every axis, so that C C^T = I drops out of its covariance.
+// Errors are gathered in body axes of the start, eta = Ad(dX) eps' with eps' = (phi, nu', rho), and rho without its drift,
+// rho - t nu: there nothing moves but by the IMU. An error of the rate at s enters through (I, hat(v), hat(q)) C_s, v = dv_s,
+// q = dp_s - s dv_s, and one of the force through (0, I, -s) C_s, so that sums are all it takes:
+//   B = [0, -int C; -int C, -int hat(v) C; int s C, -int hat(q) C]   of (phi, nu, rho - t nu) by (b_a, b_g)   (Eq. 51)
+// Noise is the same along every axis, so that C C^T = I drops out of its covariance, and hat(x) hat(y)^T = x.y I - y x^T.
 // Source: Brossard et al. (arXiv 2007.14097); Forster et al. (2017) for preintegration.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -18,22 +19,48 @@
 
 namespace liealign {
 
+namespace detail {
+
+// hat(x) M.
+template <typename Scalar, int cols>
+Eigen::Matrix<Scalar, 3, cols> cross_rows(const Vector3<Scalar>& x, const Eigen::Matrix<Scalar, 3, cols>& M) {
+  Eigen::Matrix<Scalar, 3, cols> out;
+  for (int i = 0; i < cols; ++i) out.col(i) = x.cross(M.col(i));
+  return out;
+}
+
+// M hat(x).
+template <typename Scalar, int rows>
+Eigen::Matrix<Scalar, rows, 3> cross_columns(const Eigen::Matrix<Scalar, rows, 3>& M, const Vector3<Scalar>& x) {
+  Eigen::Matrix<Scalar, rows, 3> out;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    out.col(i) = x[k] * M.col(j) - x[j] * M.col(k);
+  }
+  return out;
+}
+
+}  // namespace detail
+
 template <typename Scalar_ = double>
 struct Preintegrated {
   using Scalar = Scalar_;
-  double T = 0.0;  // s
+  Scalar T{0};  // s
   // For the biases that the samples were corrected by.
   Matrix3<Scalar> dC = Matrix3<Scalar>::Identity();
   Vector3<Scalar> dv = Vector3<Scalar>::Zero(), dp = Vector3<Scalar>::Zero();  // m/s, m
-  // Of eta = (phi, nu, rho) by (b_a, b_g), and its covariance by white noise. Three rows of zeros more, so that columns
-  // divide into whole registers.
-  Eigen::Matrix<Scalar, 12, 6> B = Eigen::Matrix<Scalar, 12, 6>::Zero();
-  Eigen::Matrix<Scalar, 12, 9> Q = Eigen::Matrix<Scalar, 12, 9>::Zero();
+  // Of (Eq. 51): int C, int s C, int hat(v) C, int hat(q) C.
+  Matrix3<Scalar> C_1 = Matrix3<Scalar>::Zero(), C_s = C_1, C_v = C_1, C_q = C_1;
+  // Sums over the white noises of the gyros, g [rad^2]: g, g v, g q, g v v^T, g v q^T, g q q^T; and of the accelerometers,
+  // f [(m/s)^2]: f, f s, f s^2.
+  Scalar g{0};
+  Vector3<Scalar> g_v = Vector3<Scalar>::Zero(), g_q = g_v;
+  Matrix3<Scalar> g_vv = Matrix3<Scalar>::Zero(), g_vq = g_vv, g_qq = g_vv;
+  Scalar f{0}, f_s{0}, f_ss{0};
 
   // One sample: constant rate and force over u.dt, without the biases; variance_g [rad^2], variance_a [(m/s)^2] are those
   // of its rotation and velocity increments.
   void append(const ImuInput<Scalar>& u, double variance_a, double variance_g) {
-    constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho, kBa = 0, kBg = 3;
     const Scalar dt(u.dt), half(0.5);
     const Vector3<Scalar> phi = u.omega_ib_b * dt;
     const ExpCoefficients<Scalar> a = exp_coefficients<Scalar>(phi.squaredNorm());
@@ -43,67 +70,70 @@ struct Preintegrated {
     // What an error of the rate over the sample makes of nu and rho by its end: the means of dv_s and of dp_s + (dt - s) dv_s.
     const Vector3<Scalar> v = dv + half * step_v;
     const Vector3<Scalar> r = dp + step_p - (dt / Scalar(6)) * step_v;
+    const Scalar s = T + half * dt;
+    T += dt;
+    const Vector3<Scalar> q = r - T * v;
 
-    // eta+ = Phi eta + (I, hat(v), hat(r)) E d_g + (0, I, dt/2) E d_a, Phi the drift of rho by nu.
-    B.template middleRows<3>(kRho) += dt * B.template middleRows<3>(kNu);
-    B.template block<3, 3>(kPhi, kBg) -= E;
-    B.template block<3, 3>(kNu, kBg) -= cross_rows(v, E);
-    B.template block<3, 3>(kRho, kBg) -= cross_rows(r, E);
-    B.template block<3, 3>(kNu, kBa) -= E;
-    B.template block<3, 3>(kRho, kBa) -= (half * dt) * E;
-
-    Q.template middleCols<3>(kRho) += dt * Q.template middleCols<3>(kNu);
-    Q.template middleRows<3>(kRho) += dt * Q.template middleRows<3>(kNu);
-    const Scalar g(variance_g), force(variance_a);
-    Q.template block<3, 3>(kPhi, kPhi).diagonal().array() += g;
-    const Matrix3<Scalar> g_v = hat(Vector3<Scalar>(g * v)), g_r = hat(Vector3<Scalar>(g * r));
-    Q.template block<3, 3>(kNu, kPhi) += g_v;
-    Q.template block<3, 3>(kPhi, kNu) -= g_v;
-    Q.template block<3, 3>(kRho, kPhi) += g_r;
-    Q.template block<3, 3>(kPhi, kRho) -= g_r;
-    add_outer(kNu, kNu, g, v, v, force);
-    add_outer(kRho, kRho, g, r, r, half * half * dt * dt * force);
-    const Matrix3<Scalar> before = Q.template block<3, 3>(kNu, kRho);
-    add_outer(kNu, kRho, g, v, r, half * dt * force);
-    Q.template block<3, 3>(kRho, kNu) += (Q.template block<3, 3>(kNu, kRho) - before).transpose();
+    C_1 += E;
+    C_s += s * E;
+    C_v += detail::cross_rows(v, E);
+    C_q += detail::cross_rows(q, E);
+    const Scalar variance(variance_g), force(variance_a);
+    const Vector3<Scalar> weighted_v = variance * v, weighted_q = variance * q;
+    g += variance;
+    g_v += weighted_v;
+    g_q += weighted_q;
+    g_vv += weighted_v * v.transpose();
+    g_vq += weighted_v * q.transpose();
+    g_qq += weighted_q * q.transpose();
+    f += force;
+    f_s += force * s;
+    f_ss += force * s * s;
 
     dp += step_p;
     dv += step_v;
-    dC += cross_columns(E, u.omega_ib_b);  // C Gamma_0 = C + C Gamma_1 hat(phi)
-    T += u.dt;
+    dC += detail::cross_columns(E, u.omega_ib_b);  // C Gamma_0 = C + C Gamma_1 hat(phi)
   }
 
-  // Q for white noises whose variances are `gyro` and `accel` times those it was gathered with, of which the accelerometers'
-  // was density_a [(m/s^2)^2 s]: theirs alone is that of (nu, rho) after a white force,
-  // density_a [T, T^2/2; T^2/2, T^3/3] along each axis, up to (dt/T)^2 / 4 of the last.
-  void rescale_noise(double gyro, double accel, double density_a) {
-    constexpr int kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
-    Q *= Scalar(gyro);
-    const double force = (accel - gyro) * density_a * T;
-    Q.template block<3, 3>(kNu, kNu).diagonal().array() += Scalar(force);
-    Q.template block<3, 3>(kNu, kRho).diagonal().array() += Scalar(force * T / 2.0);
-    Q.template block<3, 3>(kRho, kNu).diagonal().array() += Scalar(force * T / 2.0);
-    Q.template block<3, 3>(kRho, kRho).diagonal().array() += Scalar(force * T * T / 3.0);
+  // For white noises whose variances are `gyro` and `accel` times those of the samples.
+  void rescale_noise(double gyro, double accel) {
+    const Scalar by(gyro), force(accel);
+    for (Scalar* sum : {&f, &f_s, &f_ss}) *sum *= force;
+    for (Matrix3<Scalar>* sum : {&g_vv, &g_vq, &g_qq}) *sum *= by;
+    for (Vector3<Scalar>* sum : {&g_v, &g_q}) *sum *= by;
+    g *= by;
   }
 
- private:
-  // hat(x) M.
-  static Matrix3<Scalar> cross_rows(const Vector3<Scalar>& x, const Matrix3<Scalar>& M) {
-    Matrix3<Scalar> out;
-    for (int i = 0; i < 3; ++i) out.col(i) = x.cross(M.col(i));
-    return out;
+  // For another scalar.
+  template <typename To>
+  Preintegrated<To> cast() const {
+    Preintegrated<To> to;
+    to.each(
+        *this, [](auto& out, const auto& in) { out = in.template cast<To>(); },
+        [](To& out, const Scalar& in) { out = To(in); });
+    return to;
   }
-  // M hat(x).
-  static Matrix3<Scalar> cross_columns(const Matrix3<Scalar>& M, const Vector3<Scalar>& x) {
-    Matrix3<Scalar> out;
-    for (int i = 0; i < 3; ++i) out.row(i) = M.row(i).cross(x);
-    return out;
-  }
-  // The block += g hat(x) hat(y)^T + s I, with hat(x) hat(y)^T = x.y I - y x^T.
-  void add_outer(int row, int col, const Scalar& g, const Vector3<Scalar>& x, const Vector3<Scalar>& y,
-                 const Scalar& s) {
-    Q.template block<3, 3>(row, col) -= (g * y) * x.transpose();
-    Q.template block<3, 3>(row, col).diagonal().array() += g * x.dot(y) + s;
+
+  // matrix(mine, its), number(mine, its) for every member.
+  template <typename Other, typename OnMatrix, typename OnNumber>
+  void each(const Other& its, const OnMatrix& matrix, const OnNumber& number) {
+    number(T, its.T);
+    matrix(dC, its.dC);
+    matrix(dv, its.dv);
+    matrix(dp, its.dp);
+    matrix(C_1, its.C_1);
+    matrix(C_s, its.C_s);
+    matrix(C_v, its.C_v);
+    matrix(C_q, its.C_q);
+    number(g, its.g);
+    matrix(g_v, its.g_v);
+    matrix(g_q, its.g_q);
+    matrix(g_vv, its.g_vv);
+    matrix(g_vq, its.g_vq);
+    matrix(g_qq, its.g_qq);
+    number(f, its.f);
+    number(f_s, its.f_s);
+    number(f_ss, its.f_ss);
   }
 };
 
@@ -111,8 +141,10 @@ struct Preintegrated {
 // by: X(b) = X(b_0) exp(B delta_b), first order in delta_b.
 template <typename Scalar>
 SE23<Scalar> increments(const Preintegrated<Scalar>& pre, const Vector<Scalar, 6>& delta_b) {
+  const Vector3<Scalar> a = delta_b.template head<3>(), w = delta_b.template tail<3>();
+  const Vector3<Scalar> nu = -(pre.C_1 * a + pre.C_v * w);
   typename SE23<Scalar>::Tangent eta;  // dX exp(Ad(dX^-1) eta) = exp(eta) dX
-  eta = pre.B.template topRows<9>().lazyProduct(delta_b);
+  eta << -(pre.C_1 * w), nu, pre.C_s * a - pre.C_q * w + pre.T * nu;
   return SE23<Scalar>::exp(eta) * SE23<Scalar>{pre.dC, pre.dv, pre.dp};
 }
 
@@ -124,9 +156,9 @@ struct IntervalPull {
 
   IntervalPull() = default;
   // d from increments(); T above 0.
-  IntervalPull(const SE23<Scalar>& X, const SE23<Scalar>& d, double seconds, GravityModel model)
+  IntervalPull(const SE23<Scalar>& X, const SE23<Scalar>& d, const Scalar& T, GravityModel model)
       : start(gravitation_e(X.p, model)) {
-    const Scalar T(seconds), half(0.5);
+    const Scalar half(0.5);
     const Vector3<Scalar> v_i = X.v + wgs84::omega_ie_e<Scalar>().cross(X.p), C_dp = X.C * d.p;
     // The middle: the force as if constant over the interval.
     const Vector3<Scalar> p_middle = X.p + half * T * v_i + Scalar(0.25) * (C_dp + half * T * T * start);
@@ -144,10 +176,9 @@ struct IntervalPull {
 
 // (Eq. 50). The state t [s] after X, t within the interval of `pull`; d the increments up to there.
 template <typename Scalar>
-SE23<Scalar> advance_interval(const SE23<Scalar>& X, const SE23<Scalar>& d, double seconds,
+SE23<Scalar> advance_interval(const SE23<Scalar>& X, const SE23<Scalar>& d, const Scalar& t,
                               const IntervalPull<Scalar>& pull) {
   const Vector3<Scalar> omega_ie = wgs84::omega_ie_e<Scalar>();
-  const Scalar t(seconds);
   const Vector3<Scalar> v_i = X.v + omega_ie.cross(X.p);
   const Matrix3<Scalar> R = gamma<0>(Vector3<Scalar>(-omega_ie * t));
   SE23<Scalar> next;

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "liealign/core/lanes.hpp"
 #include "liealign/core/types.hpp"
 
 namespace liealign {
@@ -37,30 +38,56 @@ inline constexpr std::array<std::array<double, 8>, 2> kSeries = [] {
 template <typename Scalar>
 using ExpCoefficients = std::array<Scalar, 8>;
 
-// theta2 = |phi|^2 [rad^2]. Relative error below 1e-15 in the series; absolute error above it below 2e-15 up to a_5 and
-// 1e-14 for a_6, a_7 (each division by theta^2 costs up to a factor four).
+inline constexpr std::array<double, 8> kInverseFactorials = {1.0,      1.0,       1.0 / 2,   1.0 / 6,
+                                                             1.0 / 24, 1.0 / 120, 1.0 / 720, 1.0 / 5040};
+
+namespace detail {
+
+// a_n = 1/n! - theta^2 a_{n+2}: upwards this divides by theta^2 (closed form), downwards it is stable.
 template <typename Scalar>
-ExpCoefficients<Scalar> exp_coefficients(const Scalar& theta2) {
+ExpCoefficients<Scalar> closed_coefficients(const Scalar& theta2) {
   using std::cos;
   using std::sin;
   using std::sqrt;
   ExpCoefficients<Scalar> a;
-  // a_n = 1/n! - theta^2 a_{n+2}: upwards this divides by theta^2 (closed form), downwards it is stable.
-  constexpr std::array<double, 8> kInverseFactorial = {1.0,      1.0,       1.0 / 2,   1.0 / 6,
-                                                       1.0 / 24, 1.0 / 120, 1.0 / 720, 1.0 / 5040};
-  if (theta2 > Scalar(kSeriesAngle * kSeriesAngle)) {
-    const Scalar theta = sqrt(theta2);
-    a[0] = cos(theta);
-    a[1] = sin(theta) / theta;
-    for (std::size_t n = 2; n < a.size(); ++n) a[n] = (Scalar(kInverseFactorial[n - 2]) - a[n - 2]) / theta2;
-    return a;
-  }
-  // Horner of eight terms, (-1)^k / (2k + n)!: the first one left out is below theta^16 n!/(16 + n)! < 1e-18 at 0.5 rad.
+  const Scalar theta = sqrt(theta2);
+  a[0] = cos(theta);
+  a[1] = sin(theta) / theta;
+  for (std::size_t n = 2; n < a.size(); ++n) a[n] = (Scalar(kInverseFactorials[n - 2]) - a[n - 2]) / theta2;
+  return a;
+}
+
+// Horner of eight terms, (-1)^k / (2k + n)!: the first one left out is below theta^16 n!/(16 + n)! < 1e-18 at 0.5 rad.
+template <typename Scalar>
+ExpCoefficients<Scalar> series_coefficients(const Scalar& theta2) {
+  ExpCoefficients<Scalar> a;
   for (std::size_t n = 6; n < a.size(); ++n) {
     a[n] = Scalar(kSeries[n - 6][7]);
     for (std::size_t k = 7; k-- > 0;) a[n] = Scalar(kSeries[n - 6][k]) + theta2 * a[n];
   }
-  for (std::size_t n = 6; n-- > 0;) a[n] = Scalar(kInverseFactorial[n]) - theta2 * a[n + 2];
+  for (std::size_t n = 6; n-- > 0;) a[n] = Scalar(kInverseFactorials[n]) - theta2 * a[n + 2];
+  return a;
+}
+
+}  // namespace detail
+
+// theta2 = |phi|^2 [rad^2]. Relative error below 1e-15 in the series; absolute error above it below 2e-15 up to a_5 and
+// 1e-14 for a_6, a_7 (each division by theta^2 costs up to a factor four).
+template <typename Scalar>
+ExpCoefficients<Scalar> exp_coefficients(const Scalar& theta2) {
+  return theta2 > Scalar(kSeriesAngle * kSeriesAngle) ? detail::closed_coefficients(theta2)
+                                                      : detail::series_coefficients(theta2);
+}
+
+// Each lane by its own angle.
+template <>
+inline ExpCoefficients<Lanes> exp_coefficients(const Lanes& theta2) {
+  ExpCoefficients<Lanes> a = detail::series_coefficients(theta2);
+  for (int i = 0; i < Lanes::kCount; ++i) {
+    if (!(theta2.x[i] > kSeriesAngle * kSeriesAngle)) continue;
+    const ExpCoefficients<double> closed = detail::closed_coefficients(theta2.x[i]);
+    for (std::size_t n = 0; n < a.size(); ++n) a[n].x[i] = closed[n];
+  }
   return a;
 }
 
