@@ -48,6 +48,9 @@ std::vector<TextLine> alignment_text(const PreparedFlight& flight, const Heading
   if (heading.parameters_std.latency_s) {
     lines.push_back({"latency", fixed(flight.latency_s + heading.parameters.latency_s) + " s, sigma " +
                                     fixed(*heading.parameters_std.latency_s) + " s, of the GNSS stamps"});
+    if (heading.parameters.clock_drift != 0.0)
+      lines.push_back({"clock drift", fixed(1e6 * heading.parameters.clock_drift) + " ppm, sigma " +
+                                          fixed(1e6 * *heading.parameters_std.clock_drift) + " ppm"});
   }
   for (const std::string& warning : run_warnings(flight, heading)) lines.push_back({"warning", warning});
   return lines;

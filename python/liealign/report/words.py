@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -298,7 +298,7 @@ def _given(review: Review, suspicious: bool) -> Finding:
     s = review.summary
     estimated = [key for key in ("gnss_latency", "imu_noise_scale", "gnss_std_scale") if _std_of(s, key)]
     if "gnss_latency" in estimated:
-        return Finding("good", "GNSS latency", f"{latency_text(review)}.")
+        return Finding("good", "GNSS latency", f"{latency_text(review)}{_clock_drift(s)}.")
     text = (
         f"{s['gnss_latency_s']:g} s, taken as given and not estimated from the flight. A wrong latency is "
         "a wrong heading, and shows as waves in the residuals wherever the speed changes."
@@ -308,6 +308,15 @@ def _given(review: Review, suspicious: bool) -> Finding:
 
 def _std_of(summary: dict[str, object], key: str) -> object:
     return summary.get(f"{key}_std_s", summary.get(f"{key}_std"))
+
+
+def _clock_drift(s: dict[str, Any]) -> str:
+    if not s["clock_drift_ppm"]:
+        return ""
+    return (
+        f" at the start; the clocks drift apart by {significant(s['clock_drift_ppm'])} ppm "
+        f"(sigma {significant(s['clock_drift_std_ppm'])} ppm), which is taken out"
+    )
 
 
 def latency_text(review: Review) -> str:
