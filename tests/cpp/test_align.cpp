@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -83,6 +84,22 @@ TEST(Rest, is_not_claimed_where_a_velocity_or_no_fix_speaks_against_it) {
   const std::vector<RestPeriod> rests = find_rests(imu, fixes, kLimits);
   ASSERT_EQ(rests.size(), 1u);
   EXPECT_LE(rests[0].end_s, 8.0);
+}
+
+TEST(Rest, ends_where_a_gentle_take_off_begins) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    std::mt19937 rng(seed);
+    ImuSeries imu;
+    for (int k = 0; k <= 4000; ++k) {
+      const double t = 0.01 * k, push = std::clamp(0.05 * (t - 20), 0.0, 0.3);  // m/s^2, by 0.05 m/s^3
+      imu.push_back({t, Vector3d(0.003, -0.002, 0.001) + normal3(rng, 0.001),
+                     Vector3d(0.1, -0.2, -9.8) + Vector3d(0.8, 0, -0.6) * push + normal3(rng, 0.01)});
+    }
+    const std::vector<RestPeriod> rests = find_rests(imu, {}, kLimits);
+    ASSERT_FALSE(rests.empty());
+    EXPECT_GT(rests[0].end_s, 18.5) << seed;
+    EXPECT_LT(rests[0].end_s, 20.6) << seed;
+  }
 }
 
 TEST(Rest, updates_carry_mean_rates_and_their_scatter) {
@@ -299,6 +316,88 @@ TEST(HeadingSearch, verdicts_say_what_the_curve_says) {
   });
   EXPECT_EQ(two.verdict, "ambiguous");
   EXPECT_EQ(two.modes().size(), 2u);
+}
+
+// As search(), of scores that say more than their cost.
+template <typename Score>
+HeadingResult search_scores(const HeadingSearchOptions& options, Score score) {
+  HeadingSearch s(options);
+  while (!s.done()) {
+    std::vector<CandidateScore> scores;
+    for (const HeadingCandidate& c : s.ask()) scores.push_back(score(c));
+    s.tell(scores);
+  }
+  return s.result();
+}
+
+TEST(HeadingSearch, gates_are_those_of_the_tightest_filter_that_copes) {
+  // Open filters follow outliers and take everything for noise, a gated one finds its own. Those in force are doubled each
+  // time: 4 is the first that finds no more than half as much again.
+  const auto found = [](const HeadingCandidate& c) {
+    if (!c.gated) return GateScales{500, 1};
+    return c.gate_scales.position < 4 ? GateScales{6.1, 1} : GateScales{5, 1};
+  };
+  const auto score = [&](const HeadingCandidate& c) {
+    return CandidateScore{sinusoidal(c, 1.0, 0.1 * kDeg), 0.02, 5.0, found(c), 100};
+  };
+  std::vector<double> in_force;  // of the conditional candidates
+  const HeadingResult r = search_scores(search_options(), [&](const HeadingCandidate& c) {
+    if (c.gated && c.heading_std_rad == 0) in_force.push_back(c.gate_scales.position);
+    return score(c);
+  });
+  EXPECT_EQ(r.gate_scales.position, 5.0);
+  EXPECT_EQ(r.gate_scales.velocity, 1.0);
+  ASSERT_FALSE(in_force.empty());
+  for (double gates : in_force) EXPECT_EQ(gates, 5.0);
+  EXPECT_NEAR(r.heading_rad, 1.0, 0.005 * kDeg);
+}
+
+TEST(HeadingSearch, a_latency_far_from_the_coarse_one_is_found) {
+  for (const double wrong : {-0.3, 0.3}) {
+    HeadingSearchOptions o = search_options();
+    o.estimate_latency = true;
+    o.seeds = {{1.0 + 2 * kDeg, 2 * kDeg, 0.1 + wrong}};
+    const HeadingResult r = search(o, [](const HeadingCandidate& c) {
+      return sinusoidal(c, 1.0, 0.1 * kDeg) + 0.5 * std::pow((c.parameters.latency_s - 0.1) / 0.004, 2);
+    });
+    EXPECT_NEAR(r.parameters.latency_s, 0.1, 0.0004);  // a tenth of its sigma, the tolerance of SurfaceLimits
+    ASSERT_TRUE(r.parameters_std.latency_s);
+    EXPECT_NEAR(*r.parameters_std.latency_s, 0.004, 1e-4);
+    EXPECT_NEAR(wrap_pi(r.heading_rad - 1.0) / kDeg, 0.0, 0.01);
+    ASSERT_TRUE(r.sigma_rad);
+    EXPECT_NEAR(*r.sigma_rad / kDeg, 0.1, 0.002);
+    EXPECT_FALSE(r.parameters_std.clock_drift);  // nobody asked for it in a flight this short
+  }
+}
+
+TEST(HeadingSearch, a_clock_drift_is_used_only_where_it_is_significant) {
+  HeadingSearchOptions o = search_options();
+  o.span_s = 300;
+  o.estimate_latency = true;
+  o.seeds = {{1.0, 2 * kDeg, 0.05}};
+  const auto with_drift = [&](double drift, double std) {
+    return search(o, [=](const HeadingCandidate& c) {
+      const double middle = c.parameters.latency_s + 150 * c.parameters.clock_drift;  // where a flight shows it best
+      return sinusoidal(c, 1.0, 0.1 * kDeg) + 0.5 * std::pow((middle - 0.1) / 0.004, 2) +
+             0.5 * std::pow((c.parameters.clock_drift - drift) / std, 2);
+    });
+  };
+  for (const double drift : {-4e-5, 4e-5}) {
+    const HeadingResult sharp = with_drift(drift, 2e-6);
+    EXPECT_NEAR(sharp.parameters.clock_drift, drift,
+                2e-7);  // a tenth of its sigma, which is more than the prior's pull
+    ASSERT_TRUE(sharp.parameters_std.clock_drift);
+    EXPECT_NEAR(*sharp.parameters_std.clock_drift, 2e-6, 1e-7);
+    EXPECT_NEAR(sharp.parameters.latency_s + 150 * drift, 0.1, 0.0004);  // at the start, half a flight from there
+    ASSERT_TRUE(sharp.parameters_std.latency_s);
+    EXPECT_NEAR(*sharp.parameters_std.latency_s, std::hypot(0.004, 150 * 2e-6), 1e-4);
+    EXPECT_NEAR(wrap_pi(sharp.heading_rad - 1.0) / kDeg, 0.0, 0.01);
+    const HeadingResult flat = with_drift(drift, 1e-3);
+    EXPECT_EQ(flat.parameters.clock_drift, 0.0);
+    ASSERT_TRUE(flat.parameters_std.clock_drift);
+    EXPECT_NEAR(*flat.parameters_std.clock_drift, 5e-5, 1e-6);  // the prior's
+    EXPECT_NEAR(flat.parameters.latency_s, 0.1, 0.0004);
+  }
 }
 
 TEST(HeadingSearch, wraps_stay_in_their_intervals) {
