@@ -331,8 +331,8 @@ HeadingResult search_scores(const HeadingSearchOptions& options, Score score) {
 }
 
 TEST(HeadingSearch, gates_are_those_of_the_tightest_filter_that_copes) {
-  // Open filters follow outliers and take everything for noise, a gated one finds its own. Those in force are doubled each
-  // time: 4 is the first that finds no more than half as much again.
+  // Open filters follow outliers and take everything for noise, a gated one finds its own. Those in force are doubled
+  // each time: 4 is the first that finds no more than half as much again.
   const auto found = [](const HeadingCandidate& c) {
     if (!c.gated) return GateScales{500, 1};
     return c.gate_scales.position < 4 ? GateScales{6.1, 1} : GateScales{5, 1};

@@ -46,7 +46,7 @@ TEST(NoiseShape, of_white_noise_is_flat) {
 }
 
 TEST(NoiseShape, density_of_white_noise_is_that_of_its_profile) {
-  // Where the log is as the profile says, a share is the density over the mean: between two stretches of 1 and of 4 times.
+  // A share is the density over the mean of two stretches of 2 and of 8 times the noise of the profile.
   const auto times = [](double t) { return t < kBegin + 100 ? 2.0 : 8.0; };
   const NoiseShape shape = shape_of(white_log(200, times), 200);
   const NoiseShape::Share quiet = shape.mean(kBegin, kBegin + 100), loud = shape.mean(kBegin + 100, kBegin + 200);
@@ -140,7 +140,7 @@ TEST(NoiseShape, mean_is_the_integral_of_at) {
     }
     return sum;
   };
-  // within a second, over several, from and to whole ones, and beyond both ends of the log, where its first and last hold
+  // within a second, over several, from and to whole ones, and beyond both ends of the log
   for (const auto& [from, to] : {std::pair{3.2, 3.7},
                                  {3.2, 9.9},
                                  {4.0, 5.0},
