@@ -29,12 +29,12 @@ struct NoiseShape;
 
 // Root power spectral densities, SI.
 struct ImuNoise {
-  double gyro_arw = 0.0;        // rad/sqrt(s), angular random walk N_g
-  double accel_vrw = 0.0;       // m/s/sqrt(s), velocity random walk N_a
-  double gyro_bias_rw = 0.0;    // rad/s/sqrt(s), random walk of b_g: sqrt(2 sigma^2 / tau_c)
-  double accel_bias_rw = 0.0;   // m/s^2/sqrt(s), random walk of b_a
-  double gyro_gap_rps = 0.0;    // rad/s, unknown rate inside a gap of the log
-  double accel_gap_mps2 = 0.0;  // m/s^2, unknown specific force inside a gap of the log
+  double gyro_arw = 0.0;                              // rad/sqrt(s), angular random walk N_g
+  double accel_vrw = 0.0;                             // m/s/sqrt(s), velocity random walk N_a
+  double gyro_bias_rw = 0.0;                          // rad/s/sqrt(s), random walk of b_g: sqrt(2 sigma^2 / tau_c)
+  double accel_bias_rw = 0.0;                         // m/s^2/sqrt(s), random walk of b_a
+  double gyro_gap_rps = 0.0;                          // rad/s, unknown rate inside a gap of the log
+  double accel_gap_mps2 = 0.0;                        // m/s^2, unknown specific force inside a gap of the log
   std::shared_ptr<const NoiseShape> shape = nullptr;  // of gyro_arw and accel_vrw along the log; none: constant
 };
 
