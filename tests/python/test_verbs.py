@@ -145,7 +145,7 @@ def test_imus_lists_every_profile(main: MainInProcess) -> None:
         (line,) = (line for line in lines if line.startswith(f"{profile.name} "))
         assert line.endswith(profile.description)
         assert line.count("~") == len([name for name in profile.estimated.split(", ") if name])
-    assert lines[2].split()[1:7] == ["0.09", "0.008", "0.8", "3.2", "5", "0.333"]
+    assert lines[2].split()[1:7] == ["0.09", "0.008", "0.8", "3.2", "10", "0.5"]
 
 
 def test_imus_json(main: MainInProcess) -> None:

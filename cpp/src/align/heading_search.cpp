@@ -1,13 +1,10 @@
-// The heading search in its stages.
+// The heading search in its stages; its fits, one basin after the other, are in heading_fits.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/align/heading_search.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "liealign/align/block_misfit.hpp"
 #include "liealign/align/harmonic_fit.hpp"
 #include "liealign/align/heading_grids.hpp"
 #include "liealign/align/verdict.hpp"
@@ -17,7 +14,6 @@
 namespace liealign {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kHalfDensity = 8;  // samples on either side of psi*
 
 // What theta is worth before the flight is asked.
@@ -27,13 +23,13 @@ constexpr double kClockDriftPriorStd = 5e-5;  // quartz of loggers and receivers
 // A receiver is hardly more than twenty times as good as it says: what it filters is not noise.
 constexpr double kLeastStdScale = 0.05, kLogLeastStd = 0.1;
 
-bool is_scale(double FlightParameters::*variable) { return variable != &FlightParameters::latency_s; }
-
 std::size_t lowest(const std::vector<double>& costs) {
   return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
 }
 
 }  // namespace
+
+bool HeadingSearch::is_scale(double FlightParameters::*variable) { return variable != &FlightParameters::latency_s; }
 
 HeadingSearch::HeadingSearch(const HeadingSearchOptions& options) : options_(options) {
   if (options.estimate_latency) variables_.push_back(&FlightParameters::latency_s);
@@ -186,220 +182,6 @@ void HeadingSearch::choose_basins() {
   FlightParameters parameters = start_;
   parameters.latency_s = basins_[0].latency_s;
   start_fit(basins_[0].heading_rad, parameters);
-}
-
-// Every fit begins in the heading alone.
-void HeadingSearch::start_fit(double heading_rad, const FlightParameters& parameters) {
-  stage_ = Stage::open;
-  base_ = parameters;
-  best_ = {};
-  best_.cost = kInfinity;
-  gate_scales_ = {};
-  surface_.reset();
-  line_.emplace(heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad, options_.max_evaluations);
-  ask_fit();
-}
-
-void HeadingSearch::ask_fit() {
-  asked_.clear();
-  if (surface_) {
-    for (const SurfaceVector& x : surface_->ask()) asked_.push_back(candidate_at(x));
-  } else {
-    for (double x : line_->ask()) asked_.push_back(conditional(x, base_));
-  }
-}
-
-void HeadingSearch::tell_fit(const std::vector<double>& costs, const std::vector<CandidateScore>& scores) {
-  if (surface_) {
-    surface_->tell(costs);
-  } else {
-    line_->tell(costs);
-  }
-  if (!drift_ && joins_a_fit()) {
-    next_basin();
-  } else if (surface_ ? !surface_->done() : !line_->done()) {
-    ask_fit();
-  } else if (stage_ == Stage::open) {
-    if (joint()) {
-      start_fine();
-    } else {
-      ask_gates();
-    }
-  } else {
-    finish_fit(scores);
-  }
-}
-
-// An outlier that an open filter has followed spoils what it says of the fixes after it, and so its own measure of the noise.
-// A tight filter that copes with the flight tells better; a wide heading keeps it from losing fixes by that.
-void HeadingSearch::ask_gates() {
-  stage_ = Stage::gates;
-  asked_.clear();
-  const GateScales most = best_.gate_scales;
-  for (double open = 1.0;; open *= 2.0) {
-    const GateScales gates{std::min(open, most.position), std::min(open, most.velocity)};
-    asked_.push_back({line_->best().x, options_.grid_std_rad, true, gates, base_});
-    if (open >= std::max(most.position, most.velocity)) break;
-  }
-}
-
-void HeadingSearch::tell_gates(const std::vector<CandidateScore>& scores) {
-  constexpr double kSlack = 1.5;  // of the 90 % point of a few dozen fixes
-  gate_scales_ = best_.gate_scales;
-  for (std::size_t i = 0; i < scores.size(); ++i) {
-    const GateScales &in_force = asked_[i].gate_scales, &found = scores[i].gate_scales;
-    const bool copes = std::isfinite(scores[i].cost) && found.position <= kSlack * in_force.position &&
-                       found.velocity <= kSlack * in_force.velocity;
-    if (!copes) continue;
-    gate_scales_ = found;
-    break;
-  }
-  start_fine();
-}
-
-// From the minimum of the open candidates: with the gates that tell_gates() has found, or with theta, and then still no fix is
-// refused.
-void HeadingSearch::start_fine() {
-  stage_ = Stage::fine;
-  const Parabola parabola = line_->parabola();
-  const bool placed = line_->settled() && parabola.has_minimum();
-  const double centre = placed ? parabola.minimum_x : line_->best().x;
-  const double step = placed ? std::min(2.0 * parabola.sigma(), options_.triple_step_rad) : options_.triple_step_rad;
-  if (joint()) {
-    start_surface(centre, 0.5 * step);
-  } else {
-    line_.emplace(centre, step, kPi, options_.tolerance_rad, options_.max_evaluations);
-  }
-  best_ = {};
-  best_.cost = kInfinity;
-  ask_fit();
-}
-
-void HeadingSearch::start_surface(double heading_rad, double heading_step_rad) {
-  constexpr double kLatencyStep_s = 0.01, kLogScaleStep = 0.2;
-  const auto n = static_cast<Eigen::Index>(variables_.size()) + 1;
-  SurfaceVector x(n), h(n);
-  x[0] = heading_rad;
-  h[0] = heading_step_rad;
-  for (std::size_t i = 0; i < variables_.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i) + 1;
-    const double value = base_.*variables_[i];
-    x[k] = is_scale(variables_[i]) ? std::log(value) : value;
-    h[k] = is_scale(variables_[i]) ? kLogScaleStep : kLatencyStep_s;
-  }
-  surface_.emplace(x, h, SurfaceLimits{});
-}
-
-void HeadingSearch::finish_fit(const std::vector<CandidateScore>& scores) {
-  Fit fit;
-  fit.best = best_;
-  fit.gate_scales = gate_scales_;
-  fit.parameters = base_;
-  fit.cost = best_.cost;
-  fit.slope = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-  if (!joint()) {
-    const Parabola parabola = line_->parabola();
-    fit.settled = line_->settled();
-    fit.heading_rad = fit.settled && parabola.has_minimum() ? parabola.minimum_x : line_->best().x;
-    if (parabola.has_minimum()) {
-      fit.sigma_rad = parabola.sigma();
-      fit.log_volume = std::log(parabola.sigma());
-    }
-    fit.triple = line_->fitted();
-  } else {
-    const Surface& surface = surface_->surface();
-    fit.settled = surface_->settled();
-    const SurfaceVector x = fit.settled ? surface.minimum : surface_->centre();
-    fit.heading_rad = x[0];
-    fit.parameters = candidate_at(x).parameters;
-    if (surface.has_minimum) {
-      SurfaceMatrix covariance = surface.covariance();
-      const SurfaceVector misfit = block_misfit(covariance, surface_->steps(), scores);
-      fit.misfit = misfit[0];
-      covariance = (misfit.asDiagonal() * covariance * misfit.asDiagonal()).eval();
-      fit.sigma_rad = std::sqrt(covariance(0, 0));
-      const Eigen::LLT<SurfaceMatrix> llt(covariance);
-      for (Eigen::Index i = 0; i < x.size(); ++i) fit.log_volume += std::log(llt.matrixLLT()(i, i));
-      const auto std_of = [&](double FlightParameters::*which, std::optional<double>& std) {
-        const auto found = std::find(variables_.begin(), variables_.end(), which);
-        if (found == variables_.end()) return;
-        const auto k = static_cast<Eigen::Index>(found - variables_.begin()) + 1;
-        // of a scale: of its logarithm, times the scale
-        const double unit = is_scale(which) ? fit.parameters.*which : 1.0;
-        std = unit * std::sqrt(covariance(k, k));
-        fit.slope.*which = covariance(k, 0) / covariance(0, 0);
-      };
-      std_of(&FlightParameters::latency_s, fit.std.latency_s);
-      std_of(&FlightParameters::imu_noise_scale, fit.std.imu_noise_scale);
-      std_of(&FlightParameters::accel_noise_scale, fit.std.accel_noise_scale);
-      std_of(&FlightParameters::gnss_std_scale, fit.std.gnss_std_scale);
-      std_of(&FlightParameters::velocity_std_scale, fit.std.velocity_std_scale);
-    }
-  }
-  fits_.push_back(fit);
-  next_basin();
-}
-
-// A later basin may lead to where an earlier one has led.
-bool HeadingSearch::joins_a_fit() const {
-  const double heading = surface_ ? surface_->surface().minimum[0] : line_->best().x;
-  return std::any_of(fits_.begin(), fits_.end(), [&](const Fit& fit) {
-    return fit.settled && std::abs(wrap_pi(heading - fit.heading_rad)) < 3.0 * fit.sigma_rad.value_or(0.0);
-  });
-}
-
-void HeadingSearch::next_basin() {
-  if (++basin_ < basins_.size()) {
-    FlightParameters parameters = start_;
-    parameters.latency_s = basins_[basin_].latency_s;
-    start_fit(basins_[basin_].heading_rad, parameters);
-    return;
-  }
-  for (std::size_t i = 0; i < fits_.size(); ++i) {
-    if (fits_[i].cost < fits_[best_fit_].cost) best_fit_ = i;
-  }
-  constexpr double kLongEnough_s = 120.0;
-  if (options_.estimate_latency && options_.span_s >= kLongEnough_s && !drift_ && fits_[best_fit_].settled) {
-    ask_drift();
-  } else {
-    ask_density();
-  }
-}
-
-// The parameters of the best fit with a drift of the clock about the middle of the flight, where it leaves the latency as it is.
-FlightParameters HeadingSearch::drifting(double clock_drift) const {
-  FlightParameters parameters = fits_[best_fit_].parameters;
-  parameters.latency_s -= 0.5 * options_.span_s * (clock_drift - parameters.clock_drift);
-  parameters.clock_drift = clock_drift;
-  return parameters;
-}
-
-void HeadingSearch::ask_drift() {
-  constexpr double kStep = 5e-5, kReach = 1e-3, kTolerance = 1e-6;  // s/s
-  stage_ = Stage::drift;
-  if (!drift_) drift_.emplace(0.0, kStep, kReach, kTolerance, options_.max_evaluations);
-  asked_.clear();
-  for (double drift : drift_->ask()) asked_.push_back(conditional(fits_[best_fit_].heading_rad, drifting(drift)));
-}
-
-void HeadingSearch::tell_drift(const std::vector<double>& costs) {
-  drift_->tell(costs);
-  if (!drift_->done()) return ask_drift();
-  const Parabola parabola = drift_->parabola();
-  if (drift_->settled() && parabola.has_minimum()) {
-    constexpr double kSignificant = 3.0;
-    drift_std_ = fits_[best_fit_].misfit * parabola.sigma();
-    if (std::abs(parabola.minimum_x) > kSignificant * *drift_std_) {
-      base_ = drifting(parabola.minimum_x);
-      stage_ = Stage::fine;
-      best_ = {};
-      best_.cost = kInfinity;
-      const Fit& fit = fits_[best_fit_];
-      start_surface(fit.heading_rad, fit.sigma_rad.value_or(options_.triple_step_rad));
-      return ask_fit();
-    }
-  }
-  ask_density();
 }
 
 // Along the valley about psi*, then over the circle.

@@ -124,6 +124,7 @@ class HeadingSearch {
     GateScales gate_scales;  // that were in force
   };
 
+  static bool is_scale(double FlightParameters::*variable);
   bool joint() const { return !variables_.empty(); }
   void ask_fit();
   void ask_density();

@@ -5,7 +5,8 @@
 //   H_ij = (y_{+i+j} + y_{-i-j} - y_{+i} - y_{-i} - y_{+j} - y_{-j} + 2 y_0) / 2                    (Eq. 59)
 //
 // c: centre, h: steps, one per variable (o: component by component). One round evaluates the stencil about c; the next
-// centre is the fit's minimum or, where that lies higher, the lowest point seen, the next steps are one and a half of its conditional sigmas. Both quotients of differences are exact up to the
+// centre is the fit's minimum or, where that lies higher, the lowest point seen, the next steps are one and a half of its
+// conditional sigmas. Both quotients of differences are exact up to the
 // fourth order. y is a negative log density: its Hessian is the information, H^-1 the covariance.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
