@@ -91,7 +91,7 @@ TEST(Coarse, finds_the_latency_with_its_sign) {
 
 TEST(Coarse, levels_a_start_in_motion) {
   for (const double begin : {1020.0, 1035.0, 1050.0}) {
-    for (std::uint64_t seed : {1, 2}) {
+    for (std::uint64_t seed : {1U, 2U}) {
       const SimulatedFlight s = between(table_1_flight(70.0 * static_cast<double>(seed), seed), begin, 1105.0);
       const PreparedFlight p = prepare_flight(s.flight);
       ASSERT_EQ(p.start, "moving");
@@ -105,7 +105,7 @@ TEST(Coarse, levels_a_start_in_motion) {
 TEST(Coarse, is_not_sure_of_a_heading_where_nothing_moves) {
   // Noise of fixes looks like acceleration: a window of a minute does not take it for better than some 15 degrees.
   for (const FlightKind kind : {FlightKind::parked, FlightKind::hover}) {
-    for (std::uint64_t seed : {1, 2, 3}) {
+    for (std::uint64_t seed : {1U, 2U, 3U}) {
       DroneFlight drone = random_flight(kind, false, seed);
       drone.rate_hz = 50;
       drone.oversample = 1;
