@@ -35,17 +35,23 @@ NoiseShape noise_shape(const ImuSeries& imu, const ImuNoise& noise, double from_
     terms[i] += 1.0;
   }
   NoiseShape::Share mean{0.0, 0.0};
+  double counted = 0.0;
   const std::size_t first = shape.index(from_s), last = shape.index(to_s);
   for (std::size_t i = 0; i < n; ++i) {
     NoiseShape::Share& s = shape.seconds[i];
     const double terms_here = std::max(terms[i], 1.0);
     s = {std::max(s.gyro / terms_here, noise.gyro_arw * noise.gyro_arw),
          std::max(s.accel / terms_here, noise.accel_vrw * noise.accel_vrw)};
-    if (i < first || i > last) continue;
-    mean.gyro += s.gyro / static_cast<double>(last - first + 1);
-    mean.accel += s.accel / static_cast<double>(last - first + 1);
+    if (i < first || i > last || terms[i] == 0.0) continue;  // a gap of the log says nothing
+    mean.gyro += s.gyro;
+    mean.accel += s.accel;
+    counted += 1.0;
   }
-  for (NoiseShape::Share& s : shape.seconds) s = {s.gyro / mean.gyro, s.accel / mean.accel};
+  if (counted == 0.0) {
+    shape.seconds.assign(1, {});
+    return shape;
+  }
+  for (NoiseShape::Share& s : shape.seconds) s = {counted * s.gyro / mean.gyro, counted * s.accel / mean.accel};
   return shape;
 }
 
