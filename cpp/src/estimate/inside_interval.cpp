@@ -119,7 +119,7 @@ InsideInterval<Scalar>::InsideInterval(const IntervalStep& step, const Vector<do
   const AtStart start(step, axes, half_walk, adjoint);
   P_ = nav_covariance<Scalar>(start.P.template cast<Scalar>());
   P_bb_ = start.P.bottomRightCorner<kBias, kBias>();
-  P_bb_lanes_ = P_bb_.template cast<Scalar>();
+  P_bb_lanes_ = start.P.bottomRightCorner<kBias, kBias>().template cast<Scalar>();
   M_nn_transposed_ = rows_of<Scalar, kNav>(start.M.topLeftCorner<kNav, kNav>().transpose());
   M_bn_ = start.M.bottomLeftCorner<kBias, kNav>().template cast<Scalar>();
   Lambda_ = rows_of<Scalar, kNav>(start.Lambda.topLeftCorner<kNav, kNav>());

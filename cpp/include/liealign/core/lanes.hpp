@@ -19,6 +19,7 @@ struct Lanes {
   Lanes() = default;
   Lanes(double value)
       : x(Numbers::Constant(value)) {}  // NOLINT(google-explicit-constructor): a number is one in every lane
+  // NOLINTNEXTLINE(modernize-pass-by-value): registers are copied, not moved
   explicit Lanes(const Numbers& numbers) : x(numbers) {}
 
   Lanes& operator+=(const Lanes& b) {
