@@ -303,8 +303,8 @@ def test_version(post: Post) -> None:
 
 
 def test_progress_is_one_rewritten_line_on_a_terminal(case: SimulatedCase, post: Post) -> None:
-    """It appears after a second, so that the work here has to take longer: thousands of candidates."""
-    toml = case.toml.read_text(encoding="utf-8").replace("grid_step_deg = 30.0", "grid_step_deg = 0.1")
+    """It appears after a second, so that the work here takes longer: tens of thousands of candidates."""
+    toml = case.toml.read_text(encoding="utf-8").replace("grid_step_deg = 30.0", "grid_step_deg = 0.01")
     (case.folder / "SLOW.toml").write_text(toml, encoding="utf-8")
     ours, theirs = pty.openpty()
     command = [str(post.executable), str(case.folder / "SLOW.toml"), "-o", "out"]
