@@ -167,7 +167,7 @@ def measure_threads(bench: Bench) -> list[Json]:
     rows = []
     for threads in [*counts, bench.threads]:
         with scratch_folder(bench.build) as out:
-            rows.append(bench.stages("common", threads, "--write", out))
+            rows.append(bench.stages("common", threads, "--auto", "--write", out))
     return rows
 
 
@@ -176,7 +176,7 @@ def measure_scaling(bench: Bench) -> list[Json]:
     rows = []
     for name in bench.plan.scaling:
         with scratch_folder(bench.build) as out:
-            rows.append(bench.stages(name, bench.threads, "--write", out, repeat=1))
+            rows.append(bench.stages(name, bench.threads, "--auto", "--write", out, repeat=1))
     return rows
 
 
@@ -249,6 +249,7 @@ def measure(bench: Bench) -> Json:
         "machine": machine(bench.build),
         "threads": bench.threads,
         "filter": measure_filter(bench),
+        "filter_auto": bench.stages("common", 1, "--auto"),
         "curves": measure_curves(bench),
         "jobs": measure_jobs(bench),
         "by_threads": measure_threads(bench),

@@ -40,7 +40,7 @@ struct Options {
   int by_samples = 0;           // headings of a curve without preintegration
   double align_time_s = 300.0;  // motion that the candidates see; 0 = all
   int repeat = 3;
-  bool dense = false, dense_smoother = false, check = false;
+  bool automatic = false, dense = false, dense_smoother = false, check = false;
 };
 
 // ---- Clock and memory -----------------------------------------------------------------------------------------------
@@ -106,11 +106,15 @@ Config config_from(const Options& o) {
   std::copy_n(o.lever_arm.begin(), 3, config.gnss.lever_arm_b_m.begin());
   config.align.max_time_s = o.align_time_s;
   config.output.formats = o.formats;
+  if (!o.automatic) {
+    config.gnss.latency_s = 0.0;
+    config.gnss.std_scale = config.imu.noise_scale = 1.0;
+  }
   return config;
 }
 
 HeadingResult align(const PreparedFlight& flight) {
-  HeadingSearch search(heading_search_options(flight.config));
+  HeadingSearch search(heading_search_options(flight));
   while (!search.done()) search.tell(evaluate_candidates(flight.problem, search.ask()));
   return search.result();
 }
@@ -128,7 +132,7 @@ struct Found {
 Belief<Model> start(const PreparedFlight& flight, const HeadingResult& heading, double heading_std_rad) {
   const AlignmentProblem& problem = flight.problem;
   return start_belief(problem, with_parameters(problem.initial, heading.parameters), heading.heading_rad,
-                      heading_std_rad);
+                      heading_std_rad, heading.start);
 }
 
 double initial_std_rad(const PreparedFlight& flight) { return flight.config.initial.heading_std_deg * kDegToRad; }
@@ -386,6 +390,7 @@ int main(int argc, char** argv) {
   cli.add_option("--by-samples", o.by_samples, "Headings of a curve without preintegration");
   cli.add_option("--align-time", o.align_time_s, "Motion that candidates see [s]; 0: all");
   cli.add_option("--repeat", o.repeat, "Runs of a stage, of which the median counts")->check(CLI::PositiveNumber);
+  cli.add_flag("--auto", o.automatic, "GNSS latency and noise scales are not told");
   cli.add_flag("--dense", o.dense, "Also the dense yardstick");
   cli.add_flag("--dense-smoother", o.dense_smoother, "Also its smoother, which keeps every step: 6 kB an epoch");
   cli.add_flag("--check", o.check, "Compare with the plain full-rate filter and smoother");

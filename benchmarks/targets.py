@@ -109,6 +109,23 @@ def _candidates(results: Json) -> list[Target]:
     return rows
 
 
+def alignment_passes(results: Json, key: str) -> float:
+    """What preparation and alignment cost, in passes of the filter of the first target."""
+    figures = results[key]
+    seconds = sum(stage(figures, name)["seconds"] for name in ("prepare", "align"))
+    return float(seconds / stage(results["filter"], "filter")["seconds"])
+
+
+def _alignment(results: Json) -> list[Target]:
+    what = "preparation and alignment, one thread, in filter passes: "
+    given = alignment_passes(results, "filter")
+    automatic = alignment_passes(results, "filter_auto")
+    return [
+        _at_most(what + "latency and noise scales given", given, 2, ""),
+        _at_most(what + "all automatic", automatic, 6, ""),
+    ]
+
+
 def _job(results: Json) -> list[Target]:
     jobs = results["jobs"]
     rows = []
@@ -141,5 +158,5 @@ def _accuracy(results: Json) -> list[Target]:
 
 def targets(results: Json) -> list[Target]:
     """Every target, in the order of the issue."""
-    parts = (_speed, _check, _memory, _candidates, _job, _accuracy)
+    parts = (_speed, _check, _memory, _candidates, _alignment, _job, _accuracy)
     return [target for part in parts for target in part(results)]

@@ -330,6 +330,22 @@ HeadingResult search_scores(const HeadingSearchOptions& options, Score score) {
   return s.result();
 }
 
+TEST(HeadingSearch, a_flight_that_does_not_fit_is_not_aligned) {
+  const auto with_nis = [](double nis_90) {
+    return search_scores(search_options(), [=](const HeadingCandidate& c) {
+      CandidateScore score;
+      score.cost = sinusoidal(c, 1.0, 0.05 * kDeg);
+      score.nis_90 = nis_90;
+      score.fixes = 100;
+      return score;
+    });
+  };
+  EXPECT_EQ(with_nis(6.25).verdict, "aligned");
+  const HeadingResult off = with_nis(1000.0);
+  EXPECT_EQ(off.verdict, "weak");
+  EXPECT_NE(off.advice.find("does not fit"), std::string::npos);
+}
+
 TEST(HeadingSearch, gates_are_those_of_the_tightest_filter_that_copes) {
   // Open filters follow outliers and take everything for noise, a gated one finds its own. Those in force are doubled
   // each time: 4 is the first that finds no more than half as much again.

@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "liealign/estimate/interval_smoother.hpp"
 #include "liealign/estimate/score.hpp"
 
 namespace liealign {
@@ -105,7 +106,7 @@ void run(const AlignmentProblem& problem, Motion motion, Headings headings, Visi
   const InitialStd initial = with_parameters(problem.initial, candidate.parameters);
   Belief<FilterModel> belief;
   for_each_belief(headings, belief, [&](Belief<Model>& one, const HeadingCandidate& c) {
-    one = start_belief(problem, initial, c.heading_rad, c.heading_std_rad);
+    one = start_belief(problem, initial, c.heading_rad, c.heading_std_rad, c.start);
   });
   if (!problem.motion) {
     SilentVisitor<FilterModel> silent;
@@ -148,7 +149,7 @@ IntervalSeries preintegrate_for(const AlignmentProblem& problem, const FlightPar
 }
 
 bool differ_in_heading_alone(const HeadingCandidate& a, const HeadingCandidate& b) {
-  return a.gated == b.gated && a.gate_scales == b.gate_scales && a.parameters == b.parameters;
+  return a.gated == b.gated && a.gate_scales == b.gate_scales && a.parameters == b.parameters && a.start == b.start;
 }
 
 // The candidates in their order, as many together as there are lanes, at most.
@@ -218,17 +219,20 @@ InitialStd with_parameters(InitialStd std, const FlightParameters& parameters) {
 }
 
 Belief<Model> start_belief(const AlignmentProblem& problem, const InitialStd& initial, double heading_rad,
-                           double heading_std_rad) {
+                           double heading_std_rad, const StartCorrection& correction) {
+  const Vector3d& l_ba_b = problem.data.l_ba_b;
   const GravityModel gravity = problem.filter.dynamics.gravity;
   return problem.motion
-             ? belief_in_motion(*problem.motion, heading_rad, heading_std_rad, initial, problem.data.l_ba_b)
-             : belief_at_rest(problem.rest, heading_rad, heading_std_rad, initial, problem.data.l_ba_b, gravity);
+             ? belief_in_motion(*problem.motion, heading_rad, heading_std_rad, initial, l_ba_b, correction)
+             : belief_at_rest(problem.rest, heading_rad, heading_std_rad, initial, l_ba_b, gravity, correction);
 }
 
 IntervalSeries preintegrate(const AlignmentProblem& problem) { return preintegrate_for(problem, {}); }
 
-std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
-                                                const std::vector<HeadingCandidate>& candidates) {
+namespace {
+
+std::vector<CandidateScore> score_candidates(const AlignmentProblem& problem,
+                                             const std::vector<HeadingCandidate>& candidates) {
   const std::size_t n = candidates.size();
   if (n == 0) return {};
   // `paper` has no closed form over an interval.
@@ -258,6 +262,39 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                      with_parameters(problem.filter, p).dynamics.noise};
     return evaluate<LanesModel>(problem, motion, some);
   });
+}
+
+// Always by intervals: where a run starts does not depend on the mechanization.
+StartCorrection smoothed_start(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
+  FlightData data = with_parameters(problem.data, candidate.parameters, problem.t_start_s);
+  const auto late = [&](const auto& x) { return x.t_s > problem.t_end_s; };
+  std::erase_if(data.fixes, late);
+  std::erase_if(data.rests, late);
+  merge_events(data);
+  const FilterOptions scoring = scoring_options(problem, candidate);
+  const FilterOptions filter = candidate.gated ? scoring : opened(scoring);
+  const InitialStd initial = with_parameters(problem.initial, candidate.parameters);
+  const auto start = [&](const StartCorrection& correction) {
+    return start_belief(problem, initial, candidate.heading_rad, candidate.heading_std_rad, correction);
+  };
+  const Belief<Model> smoothed =
+      smoothed_at_start(data, filter, start(candidate.start), cursor_at(data.imu(), problem.t_begin_s));
+  return correction_between(start({}).X, smoothed.X);
+}
+
+}  // namespace
+
+std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
+                                                const std::vector<HeadingCandidate>& candidates) {
+  std::vector<CandidateScore> scores = score_candidates(problem, candidates);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (!candidates[i].smoothed) continue;
+    try {
+      scores[i].start = smoothed_start(problem, candidates[i]);
+    } catch (const NumericalError&) {  // the start stays as it is
+    }
+  }
+  return scores;
 }
 
 std::vector<FixInnovation> fix_innovations(const AlignmentProblem& problem, const HeadingCandidate& candidate) {

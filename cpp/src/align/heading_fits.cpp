@@ -23,6 +23,8 @@ void HeadingSearch::start_fit(double heading_rad, const FlightParameters& parame
   best_ = {};
   best_.cost = kInfinity;
   gate_scales_ = {};
+  correction_ = circle_start_;
+  corrections_ = 0;
   surface_.reset();
   line_.emplace(heading_rad, options_.triple_step_rad, kPi, options_.tolerance_rad, options_.max_evaluations);
   ask_fit();
@@ -93,13 +95,17 @@ void HeadingSearch::start_fine() {
   const bool placed = line_->settled() && parabola.has_minimum();
   const double centre = placed ? parabola.minimum_x : line_->best().x;
   const double step = placed ? std::min(2.0 * parabola.sigma(), options_.triple_step_rad) : options_.triple_step_rad;
-  if (joint()) {
-    start_surface(centre, 0.5 * step);
-  } else {
-    line_.emplace(centre, step, kPi, options_.tolerance_rad, options_.max_evaluations);
-  }
+  start_fit_about(centre, step);
+}
+
+void HeadingSearch::start_fit_about(double heading_rad, double step_rad) {
   best_ = {};
   best_.cost = kInfinity;
+  if (joint()) {
+    start_surface(heading_rad, 0.5 * step_rad);
+  } else {
+    line_.emplace(heading_rad, step_rad, kPi, options_.tolerance_rad, options_.max_evaluations);
+  }
   ask_fit();
 }
 
@@ -123,6 +129,7 @@ void HeadingSearch::finish_fit(const std::vector<CandidateScore>& scores) {
   fit.best = best_;
   fit.gate_scales = gate_scales_;
   fit.parameters = base_;
+  fit.start = correction_;
   fit.cost = best_.cost;
   fit.slope = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   if (!joint()) {
@@ -165,7 +172,48 @@ void HeadingSearch::finish_fit(const std::vector<CandidateScore>& scores) {
     }
   }
   fits_.push_back(fit);
-  next_basin();
+  if (drift_) return next_basin();
+  ask_smoothed_start();
+}
+
+void HeadingSearch::ask_smoothed_start() {
+  constexpr double kWidest_rad = 20.0 * kDegToRad;
+  stage_ = Stage::smoothed_start;
+  const Fit& fit = fits_.back();
+  HeadingCandidate candidate = conditional(fit.heading_rad, fit.parameters);
+  candidate.heading_std_rad = kWidest_rad;
+  candidate.smoothed = true;
+  asked_ = {candidate};
+}
+
+void HeadingSearch::tell_smoothed_start(const CandidateScore& score) {
+  constexpr int kMost = 3;
+  constexpr double kTilt_rad = 0.3 * kDegToRad;  // moves a heading by some 0.01 deg
+  constexpr double kFar_rad = 1.5 * kDegToRad;   // where basins may lie elsewhere
+  if (!score.start) return next_basin();
+  const double tilt_rad =
+      std::hypot(score.start->roll_rad - correction_.roll_rad, score.start->pitch_rad - correction_.pitch_rad);
+  if (corrections_ == kMost || tilt_rad < kTilt_rad) return next_basin();
+  ++corrections_;
+  correction_ = *score.start;
+  const Fit fit = fits_.back();
+  fits_.pop_back();
+  if (tilt_rad > kFar_rad && circle_start_ == StartCorrection{} && !options_.guess_rad) {
+    circle_start_ = correction_;
+    basins_.clear();
+    fits_.clear();
+    start_whole_circle(fit.parameters);
+  } else {
+    refit(fit, fit.parameters);
+  }
+}
+
+// A fit that has settled, again, where what it is made from has changed.
+void HeadingSearch::refit(const Fit& fit, const FlightParameters& parameters) {
+  stage_ = Stage::fine;
+  base_ = parameters;
+  const double sigma_rad = fit.settled ? fit.sigma_rad.value_or(kPi) : kPi;
+  start_fit_about(fit.heading_rad, std::min(2.0 * sigma_rad, options_.triple_step_rad));
 }
 
 // A later basin may lead to where an earlier one has led.
@@ -205,6 +253,7 @@ FlightParameters HeadingSearch::drifting(double clock_drift) const {
 void HeadingSearch::ask_drift() {
   constexpr double kStep = 5e-5, kReach = 1e-3, kTolerance = 1e-6;  // s/s
   stage_ = Stage::drift;
+  correction_ = fits_[best_fit_].start;
   if (!drift_) drift_.emplace(0.0, kStep, kReach, kTolerance, options_.max_evaluations);
   asked_.clear();
   for (double drift : drift_->ask()) asked_.push_back(conditional(fits_[best_fit_].heading_rad, drifting(drift)));
@@ -218,13 +267,7 @@ void HeadingSearch::tell_drift(const std::vector<double>& costs) {
     constexpr double kSignificant = 3.0;
     drift_std_ = fits_[best_fit_].misfit * parabola.sigma();
     if (std::abs(parabola.minimum_x) > kSignificant * *drift_std_) {
-      base_ = drifting(parabola.minimum_x);
-      stage_ = Stage::fine;
-      best_ = {};
-      best_.cost = kInfinity;
-      const Fit& fit = fits_[best_fit_];
-      start_surface(fit.heading_rad, fit.sigma_rad.value_or(options_.triple_step_rad));
-      return ask_fit();
+      return refit(fits_[best_fit_], drifting(parabola.minimum_x));
     }
   }
   ask_density();

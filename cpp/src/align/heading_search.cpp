@@ -75,7 +75,7 @@ double HeadingSearch::cost_of(const HeadingCandidate& candidate, double negative
 }
 
 HeadingCandidate HeadingSearch::conditional(double heading_rad, const FlightParameters& parameters) const {
-  return {heading_rad, 0.0, stage_ != Stage::open && !joint(), gate_scales_, parameters};
+  return {heading_rad, 0.0, stage_ != Stage::open && !joint(), gate_scales_, parameters, correction_};
 }
 
 HeadingCandidate HeadingSearch::candidate_at(const SurfaceVector& x) const {
@@ -145,14 +145,18 @@ void HeadingSearch::tell_circle(const std::vector<double>& costs) {
       described = fit_harmonics(y).worst < std::max(1.0, 0.15 * depth);
     }
     if (!described) {
-      stage_ = Stage::whole_circle;
       FlightParameters parameters = start_;
       parameters.latency_s = basins_.front().latency_s;
-      asked_ = whole_circle(options_, parameters);
-      return;
+      return start_whole_circle(parameters);
     }
   }
   choose_basins();
+}
+
+void HeadingSearch::start_whole_circle(const FlightParameters& parameters) {
+  stage_ = Stage::whole_circle;
+  asked_ = whole_circle(options_, parameters);
+  for (HeadingCandidate& candidate : asked_) candidate.start = circle_start_;
 }
 
 // The best, and others far enough from it that are not hopeless.
@@ -189,6 +193,7 @@ void HeadingSearch::ask_density() {
   stage_ = Stage::density;
   const Fit& fit = fits_[best_fit_];
   gate_scales_ = fit.gate_scales;
+  correction_ = fit.start;
   constexpr int kHalf = static_cast<int>(kHalfDensity);
   constexpr double kFarthest = 4.0;  // sigmas
   constexpr double kWidest = 0.5 * kPi;
@@ -247,7 +252,8 @@ void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
   for (std::size_t i = 0; i < asked_.size(); ++i) {
     const HeadingCandidate& c = asked_[i];
     costs.push_back(cost_of(c, scores[i].cost));
-    curve_.push_back({wrap_2pi(c.heading_rad), c.heading_std_rad, costs.back(), c.gated, c.parameters});
+    if (!c.smoothed)
+      curve_.push_back({wrap_2pi(c.heading_rad), c.heading_std_rad, costs.back(), c.gated, c.parameters});
     if ((stage_ == Stage::open || stage_ == Stage::fine) && costs.back() < best_.cost) {
       best_ = scores[i];
       best_.cost = costs.back();
@@ -271,6 +277,9 @@ void HeadingSearch::tell(const std::vector<CandidateScore>& scores) {
     case Stage::gates:
       tell_gates(scores);
       break;
+    case Stage::smoothed_start:
+      tell_smoothed_start(scores.front());
+      break;
     case Stage::drift:
       tell_drift(costs);
       break;
@@ -290,6 +299,7 @@ HeadingResult HeadingSearch::result() const {
   r.sigma_rad = fit.sigma_rad;
   r.settled = fit.settled;
   r.parameters = fit.parameters;
+  r.start = fit.start;
   r.parameters_std = fit.std;
   r.parameters_std.clock_drift = drift_std_;
   // The latency is that at the start: half a flight from where a drift leaves it alone.

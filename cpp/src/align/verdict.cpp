@@ -10,6 +10,7 @@ namespace liealign {
 
 void judge(HeadingResult& r, std::size_t fixes, const HeadingSearchOptions& options) {
   constexpr double kSecondModeMass = 0.01;
+  constexpr double kMisfit = 25.0 * 6.25;  // of the NIS's 90 % point: residuals five times what they should be
   // What the flight itself says: a typed-in guess is not counted for the verdict.
   double information = r.sigma_rad ? 1.0 / (*r.sigma_rad * *r.sigma_rad) : 0.0;
   if (options.guess_rad) information -= 1.0 / (options.guess_std_rad * options.guess_std_rad);
@@ -26,6 +27,12 @@ void judge(HeadingResult& r, std::size_t fixes, const HeadingSearchOptions& opti
   } else if (r.posterior.modes.size() > 1 && r.posterior.modes[1].mass > kSecondModeMass) {
     r.verdict = "ambiguous";
     r.advice = "more than one heading explains the flight; accelerate in two different horizontal directions";
+  } else if (r.nis_90 > kMisfit) {
+    r.verdict = "weak";
+    r.advice =
+        "the flight does not fit its stated noise, and the sigma is too small by that much: estimate the noise scales "
+        "and "
+        "the latency, or check lever arm, axes and time stamps";
   } else if (data_sigma <= options.max_sigma_rad && r.settled) {
     r.verdict = "aligned";
     r.advice = "the heading is determined by the flight";

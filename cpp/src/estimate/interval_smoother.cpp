@@ -13,6 +13,10 @@ using Model = LieModel<double>;
 struct SilentRun {
   void updated(const Event&, UpdateKind, const Innovation<double>&) {}
   void inside(std::size_t, const Preintegrated<double>&) {}
+  static bool wanted(std::size_t) { return false; }
+  void epoch(std::size_t, const Belief<Model>&) {}
+  void inside(const SampleLanes&, const InsideInterval<Lanes>&) {}
+  void node(const RunState&) {}
 };
 
 struct Problem {
@@ -127,6 +131,13 @@ void smooth_run(const FlightData& data, const FilterOptions& options, const Forw
         sink.take(slot);
         if (progress && !progress(n + block, 2 * n)) throw Cancelled("cancelled");
       });
+}
+
+Belief<Model> smoothed_at_start(const FlightData& data, const FilterOptions& options, const Belief<Model>& belief,
+                                const ImuCursor& start) {
+  SilentRun silent;
+  const ForwardRun run = run_forward(data, options, {belief, start, {0, start.t_s}, 0, true}, silent);
+  return backward_pass({data, options, run}, {}).front();
 }
 
 }  // namespace liealign

@@ -291,7 +291,7 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
   };
 
   const Belief<Model> belief = start_belief(problem, with_parameters(problem.initial, heading.parameters),
-                                            heading.heading_rad, solution.heading_std_initial_rad);
+                                            heading.heading_rad, solution.heading_std_initial_rad, heading.start);
   Run run{data,     filter,      output,  {output, noted, true}, {output, filtered, flight.config.output.filtered},
           progress, keep_events, solution};
   if (filter.dynamics.mechanization == Mechanization::exact) {

@@ -46,6 +46,8 @@ struct HeadingCandidate {
   bool gated = false;      // else a wrong heading cannot lock out the fixes that show it; the score is bounded anyway
   GateScales gate_scales;  // of the score, and of the filter when gated
   FlightParameters parameters = {};
+  StartCorrection start = {};
+  bool smoothed = false;  // whether the score shall say what the flight, smoothed, says of its start
 };
 
 // What one update adds to the cost.
@@ -61,6 +63,7 @@ struct CandidateScore {
   GateScales gate_scales;
   std::size_t fixes = 0;
   std::vector<ScoreTerm> terms = {};
+  std::optional<StartCorrection> start = {};  // of a smoothed candidate; absent when its smoother failed
 };
 
 // The fixes as the parameters put and weigh them, merged into events again.
@@ -70,7 +73,7 @@ InitialStd with_parameters(InitialStd std, const FlightParameters& parameters);
 
 // The belief that a run starts from: at t_begin_s at rest, at t_start_s in motion.
 Belief<LieModel<double>> start_belief(const AlignmentProblem& problem, const InitialStd& initial, double heading_rad,
-                                      double heading_std_rad);
+                                      double heading_std_rad, const StartCorrection& correction = {});
 
 // The IMU of the problem, cut at its events and preintegrated with the biases seen at rest.
 IntervalSeries preintegrate(const AlignmentProblem& problem);

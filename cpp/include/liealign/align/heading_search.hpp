@@ -14,6 +14,8 @@
 //   fine     from there, with theta (Eq. 58); or, where that is given, with the outlier treatment of the final filter, so that a
 //            few bad fixes do not decide. What the score's gradient does over the log says whether sigmas found with theta
 //            can be trusted (Eq. 63);
+//   start    after each of those fits: what its flight, smoothed, says of its own start; where the tilt differs by more than the
+//            first order of the filter carries, the fit is repeated from there;
 //   drift    where the latency is unknown and the flight long enough, the drift of the IMU clock about its middle; fine again
 //            with it where it is beyond three of its sigmas, for a drift is applied to the whole log;
 //   density  conditional candidates around the minimum and over the circle: interval, modes, mean (Eq. 61).
@@ -78,6 +80,7 @@ struct HeadingResult {
   std::string advice;   // one sentence
   FlightParameters parameters;
   FlightParametersStd parameters_std;
+  StartCorrection start;  // that the heading was found from
   HeadingPosterior posterior;
   std::vector<FitPoint> triple;   // the three points of the last parabola: heading [rad] about psi*, cost
   std::vector<CurvePoint> curve;  // every candidate, in order of evaluation
@@ -104,7 +107,7 @@ class HeadingSearch {
   HeadingResult result() const;
 
  private:
-  enum class Stage { scales, latency, circle, whole_circle, open, gates, fine, drift, density, done };
+  enum class Stage { scales, latency, circle, whole_circle, open, gates, fine, smoothed_start, drift, density, done };
 
   struct Basin {
     double heading_rad, latency_s, cost;
@@ -117,6 +120,7 @@ class HeadingSearch {
     bool settled = false;
     FlightParameters parameters, slope;  // at psi*, and along the valley per rad of heading
     FlightParametersStd std;
+    StartCorrection start;
     std::vector<FitPoint> triple;
     double cost = 0.0, log_volume = 0.0;
     double misfit = 1.0;  // sigmas by blocks of the log over those of the curvature, of the heading
@@ -133,6 +137,7 @@ class HeadingSearch {
   void tell_circle(const std::vector<double>& costs);
   void tell_fit(const std::vector<double>& costs, const std::vector<CandidateScore>& scores);
   void tell_density(const std::vector<double>& costs);
+  void start_whole_circle(const FlightParameters& parameters);
   void start_fit(double heading_rad, const FlightParameters& parameters);
   void ask_gates();
   void tell_gates(const std::vector<CandidateScore>& scores);
@@ -142,6 +147,10 @@ class HeadingSearch {
   void tell_drift(const std::vector<double>& costs);
   FlightParameters drifting(double clock_drift) const;
   void finish_fit(const std::vector<CandidateScore>& scores);
+  void start_fit_about(double heading_rad, double step_rad);
+  void refit(const Fit& fit, const FlightParameters& parameters);
+  void ask_smoothed_start();
+  void tell_smoothed_start(const CandidateScore& score);
   bool joins_a_fit() const;
   void next_basin();
   void choose_basins();
@@ -151,16 +160,16 @@ class HeadingSearch {
 
   HeadingSearchOptions options_;
   std::vector<double FlightParameters::*> variables_;  // searched besides the heading
-  Stage stage_ = Stage::circle;
   std::vector<HeadingCandidate> asked_;
   std::vector<CurvePoint> curve_;
   FlightParameters start_;  // noise scales to start from
-  bool latency_scanned_ = false;
   std::vector<Basin> basins_;
   std::size_t basin_ = 0;
   GateScales gate_scales_;                // in force in this stage
   CandidateScore best_;                   // of this fit: the lowest cost
   FlightParameters base_;                 // of this fit: what its variables are added to
+  StartCorrection circle_start_;          // that the circle's candidates begin from
+  StartCorrection correction_;            // of this fit
   std::optional<QuadraticSearch> line_;   // in heading alone, not wrapped
   std::optional<SurfaceSearch> surface_;  // in heading and variables_
   std::optional<QuadraticSearch> drift_;
@@ -168,6 +177,9 @@ class HeadingSearch {
   std::vector<Fit> fits_;
   std::size_t best_fit_ = 0;
   HeadingPosterior posterior_;
+  Stage stage_ = Stage::circle;
+  int corrections_ = 0;  // how often this fit was corrected
+  bool latency_scanned_ = false;
 };
 
 }  // namespace liealign

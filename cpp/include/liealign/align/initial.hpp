@@ -23,12 +23,26 @@ struct InitialStd {
   double accel_bias_mps2 = 0.0;
 };
 
+// What a smoothed flight says of the tilt and the biases that it starts with. The filter is of first order in the errors of its
+// start: from a corrected one it is of first order in what is left of them. Velocity and position need none of it.
+struct StartCorrection {
+  double roll_rad = 0.0, pitch_rad = 0.0;
+  Vector<double, 6> biases = Vector<double, 6>::Zero();  // b_a, b_g
+
+  bool operator==(const StartCorrection&) const = default;
+};
+
+// What leads from one start to another, and the start that a correction leads to: its heading and its antenna stay.
+StartCorrection correction_between(const NavState<double>& from, const NavState<double>& to);
+NavState<double> corrected(const NavState<double>& start, const StartCorrection& correction, const Vector3d& l_ba_b);
+
 // Roll and pitch [rad] from the mean specific force at rest, (Eq. 35).
 Vector<double, 2> level(const Vector3d& mean_f_ib_b);
 
 // The belief at rest with a given heading [rad, clockwise from north] and its standard deviation.
 Belief<LieModel<double>> belief_at_rest(const RestStatistics& rest, double heading_rad, double heading_std_rad,
-                                        const InitialStd& std, const Vector3d& l_ba_b, GravityModel gravity);
+                                        const InitialStd& std, const Vector3d& l_ba_b, GravityModel gravity,
+                                        const StartCorrection& correction = {});
 
 // What a start in motion begins with: velocity and position of the antenna from the fixes, the tilt from the coarse stage.
 struct MotionStatistics {
@@ -46,7 +60,8 @@ struct MotionStatistics {
 // The belief in motion with a given heading and its standard deviation. The velocity does not turn with the heading: it is
 // known from the fixes. phi as in (Eq. 36), nu and rho from the fixes.
 Belief<LieModel<double>> belief_in_motion(const MotionStatistics& motion, double heading_rad, double heading_std_rad,
-                                          const InitialStd& std, const Vector3d& l_ba_b);
+                                          const InitialStd& std, const Vector3d& l_ba_b,
+                                          const StartCorrection& correction = {});
 
 // Heading of a state, rad in (-pi, pi].
 double heading_of(const NavState<double>& X);

@@ -82,4 +82,8 @@ struct SmootherSink {
 void smooth_run(const FlightData& data, const FilterOptions& options, const ForwardRun& run, const SmootherSink& sink,
                 const Progress& progress = {});
 
+// Filter from `belief`, which holds at `start`, through all events, and the smoothed belief back there. Throws NumericalError.
+Belief<LieModel<double>> smoothed_at_start(const FlightData& data, const FilterOptions& options,
+                                           const Belief<LieModel<double>>& belief, const ImuCursor& start);
+
 }  // namespace liealign
