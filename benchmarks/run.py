@@ -71,19 +71,28 @@ class Done:
     output: str
 
 
+# A process begins with the peak memory of the one that has started it: this one is small. Its only output goes to the file that
+# is its first argument.
+_MEASURE = """
+import json, os, subprocess, sys, time
+begin = time.perf_counter()
+process = subprocess.Popen(sys.argv[2:])
+_, status, usage = os.wait4(process.pid, 0)
+figures = [time.perf_counter() - begin, usage.ru_maxrss, os.waitstatus_to_exitcode(status)]
+open(sys.argv[1], "w").write(json.dumps(figures))
+"""
+
+
 def run(command: Sequence[str | Path], threads: int) -> Done:
     """Run a process; seconds of the wall clock from start to end, as its user sees them."""
     environment = os.environ | {"OMP_NUM_THREADS": str(threads)}
-    with tempfile.TemporaryFile("w+") as output:
-        begin = time.perf_counter()
-        process = subprocess.Popen([str(word) for word in command], stdout=output, env=environment)
-        _, status, usage = os.wait4(process.pid, 0)
-        seconds = time.perf_counter() - begin
-        process.returncode = os.waitstatus_to_exitcode(status)
-        if process.returncode != 0:
-            raise SystemExit(f"{command[0]} failed with exit code {process.returncode}")
-        output.seek(0)
-        return Done(seconds, 1024e-6 * usage.ru_maxrss, output.read())
+    with tempfile.NamedTemporaryFile("r") as figures:
+        measured = [sys.executable, "-S", "-c", _MEASURE, figures.name, *map(str, command)]
+        output = subprocess.run(measured, stdout=subprocess.PIPE, env=environment, text=True, check=True).stdout
+        seconds, peak_kb, code = json.load(figures)
+    if code != 0:
+        raise SystemExit(f"{command[0]} failed with exit code {code}")
+    return Done(seconds, 1.024e-3 * peak_kb, output)
 
 
 def say(text: str) -> None:

@@ -289,7 +289,7 @@ Json curves(const Options& o, AlignmentProblem problem) {
   const auto after = [](double t, const Event& e) { return t < e.t_s; };
   const auto& events = problem.data.events;
   Json json;
-  json["preintegration_seconds"] = median_seconds(o.repeat, [&] { problem.intervals = preintegrate(problem); });
+  json["preintegration_seconds"] = median_seconds(o.repeat, [&] { preintegrate(problem); });
   json["intervals"] = problem.intervals.intervals.size();
   json["epochs"] =
       cursor_at(problem.data.imu(), problem.t_end_s).k - cursor_at(problem.data.imu(), problem.t_begin_s).k;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "liealign/estimate/ekf.hpp"
+#include "liealign/estimate/intervals.hpp"
 #include "liealign/estimate/lie_model.hpp"
 #include "liealign/ins/preintegration.hpp"
 #include "numeric.hpp"
@@ -132,6 +133,54 @@ TEST(Preintegration, transition_and_noise_equal_those_of_the_samples) {
     const Eigen::MatrixXd difference =
         sigma.cwiseInverse().asDiagonal() * (at_once.P - belief.P) * sigma.cwiseInverse().asDiagonal();
     EXPECT_LT(difference.cwiseAbs().maxCoeff(), 0.01) << T << "\n" << difference;
+  }
+}
+
+// The largest difference of a member, of its largest entry.
+double difference(Preintegrated<double> a, const Preintegrated<double>& b) {
+  double most = 0.0;
+  a.each(
+      b, [&](const auto& x, const auto& y) { most = std::max(most, (x - y).norm() / std::max(1e-30, y.norm())); },
+      [&](double x, double y) { most = std::max(most, std::abs(x - y) / std::max(1e-30, std::abs(y))); });
+  return most;
+}
+
+TEST(Preintegration, two_intervals_in_a_row_are_one) {
+  std::mt19937 rng(7);
+  const Samples all = shaken(random_state(rng), 200, 0.005);
+  for (const std::ptrdiff_t n : {1, 37, 100, 199}) {
+    Preintegrated<double> both = summed({{all.u.begin(), all.u.begin() + n}, all.dt}, kNone, noisy());
+    both.append(summed({{all.u.begin() + n, all.u.end()}, all.dt}, kNone, noisy()));
+    EXPECT_LT(difference(both, summed(all, kNone, noisy())), 1e-11) << n;
+  }
+}
+
+TEST(Preintegration, cut_anywhere_blocks_are_the_samples) {
+  std::mt19937 rng(8);
+  const Samples shaking = shaken(random_state(rng), 400, 0.005);
+  ImuSeries imu(1);
+  for (const ImuInput<double>& u : shaking.u) {
+    ImuSample sample;
+    sample.t_s = 0.005 * static_cast<double>(imu.size());
+    sample.omega_ib_b = u.omega_ib_b;
+    sample.f_ib_b = u.f_ib_b;
+    imu.push_back(sample);
+  }
+  const ImuNoise noise = noisy().noise;
+  const SampleBlocks blocks(imu, 0.3, 1.7, kNone, noise);
+  const auto nothing_inside = [](std::size_t, const Preintegrated<double>&) {};
+  std::uniform_real_distribution<double> anywhere(0.0, 2.0);
+  std::uniform_int_distribution<std::size_t> stamp(0, 400);
+  for (int i = 0; i < 300; ++i) {
+    // between stamps, on them, before the first block and behind the last
+    double from = i % 2 ? anywhere(rng) : imu[stamp(rng)].t_s, to = i % 3 ? anywhere(rng) : imu[stamp(rng)].t_s;
+    if (to < from) std::swap(from, to);
+    ImuCursor a = cursor_at(imu, from), b = a;
+    const Preintegrated<double> by_blocks = blocks.preintegrate_to(to, imu, a);
+    const Preintegrated<double> by_samples = preintegrate_to(to, imu, kNone, noise, b, nothing_inside);
+    EXPECT_LT(difference(by_blocks, by_samples), 1e-9) << from << " to " << to;
+    EXPECT_EQ(a.k, b.k);
+    EXPECT_EQ(a.t_s, b.t_s);
   }
 }
 

@@ -143,9 +143,7 @@ IntervalSeries preintegrate_for(const AlignmentProblem& problem, const FlightPar
   }
   if (problem.t_start_s > problem.t_begin_s) stops.push_back(problem.t_start_s);
   std::sort(stops.begin(), stops.end());
-  // Attitude is not known yet; the Earth's rate, which the gyro bias so contains, is a small one.
-  const Belief<Model> at_start = start_belief(problem, problem.initial, 0.0, 0.0);
-  return preintegrate(data.imu(), stops, at_start.X.second.x, problem.filter.dynamics.noise);
+  return preintegrate(data.imu(), problem.blocks, stops);
 }
 
 bool differ_in_heading_alone(const HeadingCandidate& a, const HeadingCandidate& b) {
@@ -227,7 +225,13 @@ Belief<Model> start_belief(const AlignmentProblem& problem, const InitialStd& in
              : belief_at_rest(problem.rest, heading_rad, heading_std_rad, initial, l_ba_b, gravity, correction);
 }
 
-IntervalSeries preintegrate(const AlignmentProblem& problem) { return preintegrate_for(problem, {}); }
+void preintegrate(AlignmentProblem& problem) {
+  // Attitude is not known yet; the Earth's rate, which the gyro bias so contains, is a small one.
+  const Vector<double, 6> b_0 = start_belief(problem, problem.initial, 0.0, 0.0).X.second.x;
+  problem.blocks =
+      SampleBlocks(problem.data.imu(), problem.t_begin_s, problem.t_end_s, b_0, problem.filter.dynamics.noise);
+  problem.intervals = preintegrate_for(problem, {});
+}
 
 namespace {
 

@@ -319,7 +319,7 @@ PreparedFlight prepare_flight(Flight flight) {
   add_rest_updates(start, out);
   check_output_span(out);
   make_problem_data(out);
-  problem.intervals = preintegrate(problem);
+  preintegrate(problem);
   warn(flight, out);
   return out;
 }

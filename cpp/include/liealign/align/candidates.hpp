@@ -36,7 +36,9 @@ struct AlignmentProblem {
   double t_begin_s = 0.0;  // rest used for the pre-tuning of tilt and biases begins
   double t_start_s = 0.0;  // the last instant of rest, or the first in motion: candidate headings hold here
   double t_end_s = 0.0;    // fixes in (t_start_s, t_end_s] are scored
-  // From t_begin_s to t_end_s, of preintegrate(); empty: the candidates go sample by sample, a few hundred times as long at 1 Hz.
+  // From t_begin_s to t_end_s, of preintegrate(). Without intervals the candidates go sample by sample, a few hundred times as
+  // long at 1 Hz.
+  SampleBlocks blocks;
   IntervalSeries intervals;
 };
 
@@ -75,8 +77,8 @@ InitialStd with_parameters(InitialStd std, const FlightParameters& parameters);
 Belief<LieModel<double>> start_belief(const AlignmentProblem& problem, const InitialStd& initial, double heading_rad,
                                       double heading_std_rad, const StartCorrection& correction = {});
 
-// The IMU of the problem, cut at its events and preintegrated with the biases seen at rest.
-IntervalSeries preintegrate(const AlignmentProblem& problem);
+// Fills in the blocks and intervals of a problem: its IMU with the biases seen at rest, cut at its events.
+void preintegrate(AlignmentProblem& problem);
 
 // One filter per candidate: pre-tuning at rest, then set_heading(), then the scored flight. Over intervals, neighbours that
 // differ in their headings alone go side by side. Threads over candidates; the result does not depend on their number, nor on

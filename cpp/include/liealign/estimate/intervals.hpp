@@ -18,12 +18,11 @@ inline double interval_end(double from_s, double stop_s) {
   return pieces <= 1.0 ? stop_s : from_s + (stop_s - from_s) / pieces;
 }
 
-// The samples from `at` to end_s, corrected by the biases b (accelerometer first). inside(k, pre) is called on the stamp
-// of each sample k before the end.
+// Appends the samples from `at` to end_s, corrected by the biases b (accelerometer first). inside(k, pre) is called on the
+// stamp of each sample k before the end.
 template <typename Inside>
-Preintegrated<double> preintegrate_to(double end_s, const ImuSeries& imu, const Vector<double, 6>& b,
-                                      const ImuNoise& noise, ImuCursor& at, Inside& inside) {
-  Preintegrated<double> pre;
+void append_samples(Preintegrated<double>& pre, double end_s, const ImuSeries& imu, const Vector<double, 6>& b,
+                    const ImuNoise& noise, ImuCursor& at, Inside& inside) {
   while (at.k < imu.size() && at.t_s < end_s) {
     const ImuSample& s = imu[at.k];
     const double to = std::min(s.t_s, end_s), dt = to - at.t_s;
@@ -35,8 +34,31 @@ Preintegrated<double> preintegrate_to(double end_s, const ImuSeries& imu, const 
       ++at.k;
     }
   }
+}
+
+template <typename Inside>
+Preintegrated<double> preintegrate_to(double end_s, const ImuSeries& imu, const Vector<double, 6>& b,
+                                      const ImuNoise& noise, ImuCursor& at, Inside& inside) {
+  Preintegrated<double> pre;
+  append_samples(pre, end_s, imu, b, noise, at, inside);
   return pre;
 }
+
+// Samples gathered in short runs, once, for whoever cuts the same samples at other times again and again.
+struct SampleBlocks {
+  static constexpr std::size_t kSamples = 16;
+  std::size_t first = 0;  // block i spans the samples after stamp (first + i) kSamples
+  std::vector<Preintegrated<double>> blocks;
+  Vector<double, 6> b_0 = Vector<double, 6>::Zero();  // the biases (accelerometer, gyro) the samples were corrected by
+  ImuNoise noise;                                     // that they were gathered with
+
+  SampleBlocks() = default;
+  // Those that lie between from_s and to_s. Threads over the blocks.
+  SampleBlocks(const ImuSeries& imu, double from_s, double to_s, const Vector<double, 6>& b, const ImuNoise& with);
+
+  // The samples of `imu`, the same, from `at` to end_s: by blocks (Eq. 65) where there are any.
+  Preintegrated<double> preintegrate_to(double end_s, const ImuSeries& imu, ImuCursor& at) const;
+};
 
 // Samples between two times.
 struct Interval {
@@ -55,8 +77,7 @@ struct IntervalSeries {
 
 // Cuts at `stops` (ascending, inside the series; the first is the begin) and, by interval_end, in between. Threads over
 // the pieces; the result does not depend on their number.
-IntervalSeries preintegrate(const ImuSeries& imu, const std::vector<double>& stops, const Vector<double, 6>& b_0,
-                            const ImuNoise& noise);
+IntervalSeries preintegrate(const ImuSeries& imu, const SampleBlocks& blocks, const std::vector<double>& stops);
 
 // Moves a belief by whole intervals; a pass stops where one ends. See BySamples.
 struct ByIntervals {

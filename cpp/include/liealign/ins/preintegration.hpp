@@ -11,6 +11,8 @@
 // q = dp_s - s dv_s, and one of the force through (0, I, -s) C_s, so that sums are all it takes:
 //   B = [0, -int C; -int C, -int hat(v) C; int s C, -int hat(q) C]   of (phi, nu, rho - t nu) by (b_a, b_g)   (Eq. 51)
 // Noise is the same along every axis, so that C C^T = I drops out of its covariance, and hat(x) hat(y)^T = x.y I - y x^T.
+// Two intervals in a row: along the second s = T + s_2, C = dC C_2, v = dv + dC v_2, and q = (dp - T dv) + dC (q_2 - T v_2),
+// with T, dC, dv, dp of the first. All sums follow.                                                                    (Eq. 65)
 // Source: Brossard et al. (arXiv 2007.14097); Forster et al. (2017) for preintegration.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -93,6 +95,35 @@ struct Preintegrated {
     dp += step_p;
     dv += step_v;
     dC += detail::cross_columns(E, u.omega_ib_b);  // C Gamma_0 = C + C Gamma_1 hat(phi)
+  }
+
+  // (Eq. 65): the interval that follows, gathered from its own start with the same biases.
+  void append(const Preintegrated& next) {
+    const Matrix3<Scalar> E = dC * next.C_1, Ev = dC * next.C_v;
+    const Vector3<Scalar> q = dp - T * dv;
+    // Sums along the second of the parts of v and q that its own motion adds to those at its start.
+    const Vector3<Scalar> w_v = dC * next.g_v, w_q = dC * (next.g_q - T * next.g_v);
+    const Matrix3<Scalar> vq = next.g_vq - T * next.g_vv;
+    const Matrix3<Scalar> qq = next.g_qq - T * (next.g_vq.transpose() + vq);
+
+    C_v += detail::cross_rows(dv, E) + Ev;
+    C_q += detail::cross_rows(q, E) - T * Ev + dC * next.C_q;
+    C_s += T * E + dC * next.C_s;
+    C_1 += E;
+    g_vv += (next.g * dv + w_v) * dv.transpose() + dv * w_v.transpose() + dC * next.g_vv * dC.transpose();
+    g_vq += (next.g * dv + w_v) * q.transpose() + dv * w_q.transpose() + dC * vq * dC.transpose();
+    g_qq += (next.g * q + w_q) * q.transpose() + q * w_q.transpose() + dC * qq * dC.transpose();
+    g_v += next.g * dv + w_v;
+    g_q += next.g * q + w_q;
+    g += next.g;
+    f_ss += next.f_ss + T * (Scalar(2) * next.f_s + T * next.f);
+    f_s += next.f_s + T * next.f;
+    f += next.f;
+
+    dp += next.T * dv + dC * next.dp;
+    dv += dC * next.dv;
+    dC *= next.dC;
+    T += next.T;
   }
 
   // For white noises whose variances are `gyro` and `accel` times those of the samples.
