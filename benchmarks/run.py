@@ -20,7 +20,6 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -71,8 +70,8 @@ class Done:
     output: str
 
 
-# A process begins with the peak memory of the one that has started it: this one is small. Its only output goes to the file that
-# is its first argument.
+# A process begins with the peak memory of the one that has started it, so a small one does. It writes seconds,
+# peak memory and exit code to the file that is its first argument.
 _MEASURE = """
 import json, os, subprocess, sys, time
 begin = time.perf_counter()
@@ -88,7 +87,9 @@ def run(command: Sequence[str | Path], threads: int) -> Done:
     environment = os.environ | {"OMP_NUM_THREADS": str(threads)}
     with tempfile.NamedTemporaryFile("r") as figures:
         measured = [sys.executable, "-S", "-c", _MEASURE, figures.name, *map(str, command)]
-        output = subprocess.run(measured, stdout=subprocess.PIPE, env=environment, text=True, check=True).stdout
+        output = subprocess.run(
+            measured, stdout=subprocess.PIPE, env=environment, text=True, check=True
+        ).stdout
         seconds, peak_kb, code = json.load(figures)
     if code != 0:
         raise SystemExit(f"{command[0]} failed with exit code {code}")
