@@ -70,8 +70,8 @@ class Done:
     output: str
 
 
-# A process begins with the peak memory of the one that has started it, so a small one does. It writes seconds,
-# peak memory and exit code to the file that is its first argument.
+# A process begins with the peak memory of the one that has started it, so a small one does. It writes
+# seconds, peak memory and exit code to the file that is its first argument.
 _MEASURE = """
 import json, os, subprocess, sys, time
 begin = time.perf_counter()
