@@ -24,6 +24,7 @@
 #include "liealign/estimate/smoother.hpp"
 #include "liealign/io/csv.hpp"
 #include "liealign/io/json.hpp"
+#include "liealign/pipeline/clock.hpp"
 #include "liealign/pipeline/results.hpp"
 #include "liealign/pipeline/settings.hpp"
 
@@ -116,7 +117,7 @@ Config config_from(const Options& o) {
 HeadingResult align(const PreparedFlight& flight) {
   HeadingSearch search(heading_search_options(flight));
   while (!search.done()) search.tell(evaluate_candidates(flight.problem, search.ask()));
-  return search.result();
+  return with_clock_of_flight(flight, search.result());
 }
 
 // What process() runs over, for those who do the same in another way: all with the parameters that the alignment found.

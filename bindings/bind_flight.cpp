@@ -6,6 +6,7 @@
 #include "floors.hpp"
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
+#include "liealign/pipeline/clock.hpp"
 #include "liealign/pipeline/flight.hpp"
 
 namespace liealign::bindings {
@@ -215,6 +216,11 @@ void bind_flight(py::module_& m) {
   m.def("heading_search_options", py::overload_cast<const PreparedFlight&>(&heading_search_options), py::arg("flight"),
         "The options that the keys of [align], \"auto\" and the coarse stage stand for.");
 
+  m.def("with_clock_of_flight", &with_clock_of_flight, py::arg("flight"), py::arg("found"),
+        py::call_guard<py::gil_scoped_release>(),
+        "found, a HeadingResult, with latency and drift of the clock from up to half an hour of the flight, where they "
+        "are\n"
+        "estimated and the alignment has used less.");
   m.def("prepare_flight", &prepare_flight, py::arg("flight"), py::call_guard<py::gil_scoped_release>(),
         "Raises InputError when IMU and GNSS do not overlap or the flight does not begin at rest.");
   m.def(

@@ -14,6 +14,7 @@
 
 #include "flight_toml.hpp"
 #include "liealign/core/error.hpp"
+#include "liealign/pipeline/clock.hpp"
 #include "liealign/pipeline/config_files.hpp"
 #include "liealign/pipeline/run_text.hpp"
 #include "liealign/pipeline/settings.hpp"
@@ -164,7 +165,7 @@ HeadingResult align(const PreparedFlight& flight, bool quiet) {
     total = std::max(total, done + candidates.size());
     if (!progress(done, total)) stop_if_interrupted();
   }
-  return search.result();
+  return with_clock_of_flight(flight, search.result());
 }
 
 int fail(std::string message, Exit code) {

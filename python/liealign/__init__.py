@@ -54,6 +54,7 @@ from liealign._core import (
     prepare_flight,
     random_flight,
     simulate_flight,
+    with_clock_of_flight,
     write_flight,
 )
 from liealign.comparison import ChannelError, Comparison, compare
@@ -116,6 +117,7 @@ __all__ = [
     "read_trajectory",
     "report_html",
     "simulate_flight",
+    "with_clock_of_flight",
     "write_flight",
     "write_report",
     "write_results",

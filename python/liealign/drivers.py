@@ -31,7 +31,7 @@ def search_heading(flight: PreparedFlight, progress: _core.ProgressCallback | No
         total = max(total, done + len(candidates))
         if progress is not None and progress(done, total) is False:
             raise Cancelled("cancelled")
-    return search.result()
+    return _core.with_clock_of_flight(flight, search.result())
 
 
 def align_heading(

@@ -135,17 +135,6 @@ using IntervalKey = std::pair<double, double>;
 
 IntervalKey interval_key(const FlightParameters& p) { return {p.latency_s, p.clock_drift}; }
 
-IntervalSeries preintegrate_for(const AlignmentProblem& problem, const FlightParameters& parameters) {
-  const FlightData data = with_parameters(problem.data, parameters, problem.t_start_s);
-  std::vector<double> stops = {problem.t_begin_s};
-  for (const Event& event : data.events) {
-    if (event.t_s > problem.t_begin_s && event.t_s <= problem.t_end_s) stops.push_back(event.t_s);
-  }
-  if (problem.t_start_s > problem.t_begin_s) stops.push_back(problem.t_start_s);
-  std::sort(stops.begin(), stops.end());
-  return preintegrate(data.imu(), problem.blocks, stops);
-}
-
 bool differ_in_heading_alone(const HeadingCandidate& a, const HeadingCandidate& b) {
   return a.gated == b.gated && a.gate_scales == b.gate_scales && a.parameters == b.parameters && a.start == b.start;
 }
@@ -225,12 +214,23 @@ Belief<Model> start_belief(const AlignmentProblem& problem, const InitialStd& in
              : belief_at_rest(problem.rest, heading_rad, heading_std_rad, initial, l_ba_b, gravity, correction);
 }
 
+IntervalSeries intervals_for(const AlignmentProblem& problem, const FlightParameters& parameters) {
+  const FlightData data = with_parameters(problem.data, parameters, problem.t_start_s);
+  std::vector<double> stops = {problem.t_begin_s};
+  for (const Event& event : data.events) {
+    if (event.t_s > problem.t_begin_s && event.t_s <= problem.t_end_s) stops.push_back(event.t_s);
+  }
+  if (problem.t_start_s > problem.t_begin_s) stops.push_back(problem.t_start_s);
+  std::sort(stops.begin(), stops.end());
+  return preintegrate(data.imu(), problem.blocks, stops);
+}
+
 void preintegrate(AlignmentProblem& problem) {
   // Attitude is not known yet; the Earth's rate, which the gyro bias so contains, is a small one.
   const Vector<double, 6> b_0 = start_belief(problem, problem.initial, 0.0, 0.0).X.second.x;
   problem.blocks =
       SampleBlocks(problem.data.imu(), problem.t_begin_s, problem.t_end_s, b_0, problem.filter.dynamics.noise);
-  problem.intervals = preintegrate_for(problem, {});
+  problem.intervals = intervals_for(problem, {});
 }
 
 namespace {
@@ -254,7 +254,7 @@ std::vector<CandidateScore> score_candidates(const AlignmentProblem& problem,
     series_of[i] = static_cast<std::size_t>(std::find(keys.begin(), keys.end(), key) - keys.begin());
     if (series_of[i] < keys.size()) continue;
     keys.push_back(key);
-    own.push_back(preintegrate_for(problem, candidates[i].parameters));
+    own.push_back(intervals_for(problem, candidates[i].parameters));
   }
   return evaluate_all(candidates, Lanes::kCount, [&](Headings some) {
     const std::size_t i = series_of[static_cast<std::size_t>(some.data() - candidates.data())];
@@ -299,6 +299,24 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
     }
   }
   return scores;
+}
+
+std::vector<CandidateScore> evaluate_clocks(const AlignmentProblem& problem, const IntervalSeries& series,
+                                            const HeadingCandidate& candidate,
+                                            const std::vector<ClockChange>& changes) {
+  const ImuNoise noise = with_parameters(problem.filter, candidate.parameters).dynamics.noise;
+  const std::vector<HeadingCandidate> each(changes.size(), candidate);
+  return evaluate_all(each, Lanes::kCount, [&](Headings some) {
+    Lanes ahead_s, drift;
+    for (int i = 0; i < Lanes::kCount; ++i) {
+      const auto in_lane = std::min(static_cast<std::size_t>(i), some.size() - 1);
+      const ClockChange& change = changes[static_cast<std::size_t>(some.data() - each.data()) + in_lane];
+      set_lane(ahead_s, i, -change.latency_s);
+      set_lane(drift, i, -change.drift);
+    }
+    const ByRescaledIntervals by{ByIntervals(series), problem.data.imu(), noise};
+    return evaluate<LanesModel>(problem, ByShiftedIntervals<Lanes>{by, ahead_s, drift, problem.t_start_s}, some);
+  });
 }
 
 std::vector<FixInnovation> fix_innovations(const AlignmentProblem& problem, const HeadingCandidate& candidate) {

@@ -177,23 +177,6 @@ void thin(std::vector<GnssFix>& fixes) {
   });
 }
 
-// The fixes of the candidates: those that stay inside the scored flight whatever latency is tried.
-void make_problem_data(PreparedFlight& out) {
-  constexpr double kGuard_s = kLatencyScan_s + 0.05, kBlindGuard_s = 1.0;
-  AlignmentProblem& problem = out.problem;
-  double guard = 0.0;
-  if (!out.config.gnss.latency_s) {
-    guard = out.coarse.modes.empty() ? kBlindGuard_s : kGuard_s;
-    for (const CoarseMode& mode : out.coarse.modes) guard = std::max(guard, kGuard_s + std::abs(mode.latency_s));
-  }
-  problem.data = out.data;
-  std::erase_if(problem.data.fixes, [&](const GnssFix& f) {
-    return f.t_s <= problem.t_start_s + guard || f.t_s > problem.t_end_s - guard;
-  });
-  if (!out.config.imu.noise_scale || !out.config.gnss.std_scale) thin(problem.data.fixes);
-  merge_events(problem.data);
-}
-
 // The trajectory goes from the rest to the last fix or rest update; a wanted span outside of it is a slip.
 void check_output_span(const PreparedFlight& out) {
   const OutputConfig& c = out.config.output;
@@ -318,10 +301,26 @@ PreparedFlight prepare_flight(Flight flight) {
   drop_fixes_up_to(start, out);
   add_rest_updates(start, out);
   check_output_span(out);
-  make_problem_data(out);
+  problem.data = scored_data(out, problem.t_end_s);
   preintegrate(problem);
   warn(flight, out);
   return out;
+}
+
+FlightData scored_data(const PreparedFlight& flight, double t_end_s) {
+  constexpr double kGuard_s = kLatencyScan_s + 0.05, kBlindGuard_s = 1.0;
+  const Config& config = flight.config;
+  double guard = 0.0;
+  if (!config.gnss.latency_s) {
+    guard = flight.coarse.modes.empty() ? kBlindGuard_s : kGuard_s;
+    for (const CoarseMode& mode : flight.coarse.modes) guard = std::max(guard, kGuard_s + std::abs(mode.latency_s));
+  }
+  FlightData data = flight.data;
+  std::erase_if(data.fixes,
+                [&](const GnssFix& f) { return f.t_s <= flight.problem.t_start_s + guard || f.t_s > t_end_s - guard; });
+  if (!config.imu.noise_scale || !config.gnss.std_scale) thin(data.fixes);
+  merge_events(data);
+  return data;
 }
 
 HeadingSearchOptions heading_search_options(const PreparedFlight& flight) {

@@ -52,6 +52,11 @@ struct HeadingCandidate {
   bool smoothed = false;  // whether the score shall say what the flight, smoothed, says of its start
 };
 
+// A small change of a candidate's clock: of its latency at t_start [s] and of its drift [s/s].
+struct ClockChange {
+  double latency_s, drift;
+};
+
 // What one update adds to the cost.
 struct ScoreTerm {
   double t_s;
@@ -77,6 +82,9 @@ InitialStd with_parameters(InitialStd std, const FlightParameters& parameters);
 Belief<LieModel<double>> start_belief(const AlignmentProblem& problem, const InitialStd& initial, double heading_rad,
                                       double heading_std_rad, const StartCorrection& correction = {});
 
+// The IMU of a problem, cut at its events as these parameters put them.
+IntervalSeries intervals_for(const AlignmentProblem& problem, const FlightParameters& parameters);
+
 // Fills in the blocks and intervals of a problem: its IMU with the biases seen at rest, cut at its events.
 void preintegrate(AlignmentProblem& problem);
 
@@ -85,6 +93,11 @@ void preintegrate(AlignmentProblem& problem);
 // who goes beside whom.
 std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
                                                 const std::vector<HeadingCandidate>& candidates);
+
+// The same of one candidate with its clock changed by some milliseconds at most, side by side: over its own intervals (of
+// intervals_for()), carried on to the changed times of the fixes. For an estimated latency.
+std::vector<CandidateScore> evaluate_clocks(const AlignmentProblem& problem, const IntervalSeries& series,
+                                            const HeadingCandidate& candidate, const std::vector<ClockChange>& changes);
 
 // Of one fix: the row of the GNSS log that it came from, and the length of its position innovation.
 struct FixInnovation {

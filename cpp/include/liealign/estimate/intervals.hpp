@@ -107,28 +107,70 @@ struct ByRescaledIntervals {
   const ImuSeries& imu;
   ImuNoise noise;
 
+  bool reaches(double t_target) const {
+    return as.next < as.series.intervals.size() && as.series.intervals[as.next].end_s <= t_target;
+  }
+
+  Preintegrated<double> take() {
+    const Interval& interval = as.series.intervals[as.next++];
+    Preintegrated<double> pre = interval.pre;
+    if (interval.bridges_gap) {
+      ImuCursor at = cursor_at(imu, as.t_s);
+      const auto nothing_inside = [](std::size_t, const Preintegrated<double>&) {};
+      pre = preintegrate_to(interval.end_s, imu, as.series.b_0, noise, at, nothing_inside);
+    } else {
+      const WhiteDensity was = white_density(as.series.noise, 0.0), is = white_density(noise, 0.0);
+      pre.rescale_noise(is.gyro / was.gyro, is.accel / was.accel);
+    }
+    as.t_s = interval.end_s;
+    return pre;
+  }
+
   template <typename Model, typename Visitor>
   void move_to(double t_target, const Ekf<Model>& ekf, Belief<Model>& belief, Visitor&) {
-    const ImuNoise& old = as.series.noise;
-    for (; as.next < as.series.intervals.size() && as.series.intervals[as.next].end_s <= t_target; ++as.next) {
-      const Interval& interval = as.series.intervals[as.next];
-      Preintegrated<double> pre;
-      if (interval.bridges_gap) {
-        ImuCursor at = cursor_at(imu, as.t_s);
-        const auto nothing_inside = [](std::size_t, const Preintegrated<double>&) {};
-        pre = preintegrate_to(interval.end_s, imu, as.series.b_0, noise, at, nothing_inside);
-      } else {
-        pre = interval.pre;
-        const WhiteDensity was = white_density(old, 0.0), is = white_density(noise, 0.0);
-        pre.rescale_noise(is.gyro / was.gyro, is.accel / was.accel);
-      }
-      using Scalar = typename Model::Scalar;
-      ekf.predict(belief, pre.template cast<Scalar>(), as.series.b_0.template cast<Scalar>());
-      as.t_s = interval.end_s;
-    }
+    using Scalar = typename Model::Scalar;
+    while (reaches(t_target))
+      ekf.predict(belief, take().template cast<Scalar>(), as.series.b_0.template cast<Scalar>());
   }
   Vector3d omega() const { return as.omega(); }
   ImuCursor cursor() const { return as.cursor(); }
+};
+
+// The same by a clock that is a little off that of the intervals, another in each lane: at an event after t_ref_s the belief
+// is ahead of the intervals by ahead_s + drift (t - t_ref_s), which is to be short against the motion's changes.
+template <typename Scalar>
+struct ByShiftedIntervals {
+  ByRescaledIntervals by;
+  Scalar ahead_s, drift;
+  double t_ref_s;
+  Scalar is_ahead_s{0};
+
+  template <typename Model, typename Visitor>
+  void move_to(double t_target, const Ekf<Model>& ekf, Belief<Model>& belief, Visitor&) {
+    while (by.reaches(t_target)) {
+      Preintegrated<Scalar> pre = on_from(by.as.t_s, -is_ahead_s);
+      pre.append(by.take().template cast<Scalar>());
+      is_ahead_s = Scalar(0);
+      if (!by.reaches(t_target) && t_target > t_ref_s) {
+        is_ahead_s = ahead_s + drift * Scalar(t_target - t_ref_s);
+        pre.append(on_from(by.as.t_s, is_ahead_s));
+      }
+      ekf.predict(belief, pre, by.as.series.b_0.template cast<Scalar>());
+    }
+  }
+  Vector3d omega() const { return by.omega(); }
+  ImuCursor cursor() const { return by.cursor(); }
+
+ private:
+  // `dt` from t_s on, or back: as the sample there, without noise.
+  Preintegrated<Scalar> on_from(double t_s, const Scalar& dt) const {
+    const ImuSample& s = by.imu[std::min(cursor_at(by.imu, t_s).k, by.imu.size() - 1)];
+    const Vector<double, 6>& b = by.as.series.b_0;
+    const Vector3d omega = s.omega_ib_b - b.tail<3>(), f = s.f_ib_b - b.head<3>();
+    Preintegrated<Scalar> pre;
+    pre.append({omega.template cast<Scalar>(), f.template cast<Scalar>(), dt}, 0.0, 0.0);
+    return pre;
+  }
 };
 
 }  // namespace liealign

@@ -30,7 +30,7 @@ template <typename Scalar>
 struct ImuInput {
   Vector3<Scalar> omega_ib_b;
   Vector3<Scalar> f_ib_b;
-  double dt;
+  Scalar dt;
 };
 
 // eps_nav+ = F eps_nav + B (b_a; b_g): 9x9 and 9x6, tangent order (phi, nu, rho).

@@ -52,6 +52,9 @@ struct PreparedFlight {
 // A flight that is moved in gives its IMU series, which is the bulk of it: prepare_flight(read_flight(config)) copies none.
 PreparedFlight prepare_flight(Flight flight);
 
+// The fixes of the candidates of a problem that ends at t_end_s: those that stay inside whatever latency is tried.
+FlightData scored_data(const PreparedFlight& flight, double t_end_s);
+
 // The options that the keys of [align], "auto" and the coarse stage stand for.
 HeadingSearchOptions heading_search_options(const PreparedFlight& flight);
 
