@@ -95,7 +95,7 @@ Config changed_config() {
             .zaru_std_dps = 0.05,
             .interval_s = 1.5};
   c.initial = {.roll_pitch_std_deg = 0.4, .heading_std_deg = 1.6, .velocity_std_mps = 0.0004};
-  c.filter = {.mechanization = "paper", .gravity = "j2", .covariance_reset = false};
+  c.filter = {.model = "mekf", .mechanization = "paper", .gravity = "j2", .covariance_reset = false};
   c.output = {.formats = {"sbet", "csv"},
               .filtered = true,
               .reference_point_b_m = {0.2, -0.01, 0.15},
@@ -165,6 +165,7 @@ Pairs changed_pairs() {
       {"initial.roll_pitch_std_deg", 0.4},
       {"initial.heading_std_deg", 1.6},
       {"initial.velocity_std_mps", 0.0004},
+      {"filter.model", S("mekf")},
       {"filter.mechanization", S("paper")},
       {"filter.gravity", S("j2")},
       {"filter.covariance_reset", false},
@@ -275,10 +276,10 @@ std::size_t members_of_the_struct() {
   [[maybe_unused]] const auto& [a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11] = c.align;
   [[maybe_unused]] const auto& [r1, r2, r3, r4, r5, r6, r7, r8, r9] = c.rest;
   [[maybe_unused]] const auto& [n1, n2, n3] = c.initial;
-  [[maybe_unused]] const auto& [f1, f2, f3] = c.filter;
+  [[maybe_unused]] const auto& [f1, f2, f3, f4] = c.filter;
   [[maybe_unused]] const auto& [o1, o2, o3, o4, o5, o6, o7] = c.output;
   [[maybe_unused]] const auto& [s1, s2, s3, s4, s5, s6, s7] = c;
-  return 18 + 13 + 11 + 9 + 3 + 3 + 7;
+  return 18 + 13 + 11 + 9 + 3 + 4 + 7;
 }
 
 TEST(ConfigTable, has_one_key_per_member_of_the_struct) {
@@ -628,10 +629,10 @@ TEST(ConfigError, key_of_another_section_names_that_section) {
 
 TEST(ConfigError, unknown_key_with_nothing_near_lists_the_section) {
   EXPECT_EQ(refusal("filter.camera", 1.0),
-            "FLIGHT.toml:9: unknown key \"filter.camera\"; the keys of [filter] are mechanization, gravity, "
+            "FLIGHT.toml:9: unknown key \"filter.camera\"; the keys of [filter] are model, mechanization, gravity, "
             "covariance_reset");
   EXPECT_EQ(refusal("filter.", 1.0),
-            "FLIGHT.toml:9: unknown key \"filter.\"; the keys of [filter] are mechanization, gravity, "
+            "FLIGHT.toml:9: unknown key \"filter.\"; the keys of [filter] are model, mechanization, gravity, "
             "covariance_reset");
 }
 
@@ -658,7 +659,7 @@ TEST(ConfigError, key_outside_any_section_says_so) {
 
 TEST(ConfigError, value_in_place_of_a_section_says_so) {
   EXPECT_EQ(refusal("filter", 3LL),
-            "FLIGHT.toml:9: filter is 3; expected a section: the keys of [filter] are mechanization, gravity, "
+            "FLIGHT.toml:9: filter is 3; expected a section: the keys of [filter] are model, mechanization, gravity, "
             "covariance_reset");
 }
 

@@ -99,16 +99,18 @@ void HeadingSearch::tell_scales(const std::vector<double>& costs) {
   }
 }
 
-// A latency that is off raises the noise scales that fit it: they are looked for again.
+// A latency that is off raises the noise scales that fit it: where one has moved they are looked for again.
 void HeadingSearch::tell_latency(const std::vector<double>& costs) {
   latency_scanned_ = true;
+  bool moved = false;
   const auto each = static_cast<std::ptrdiff_t>(costs.size() / options_.seeds.size());
   for (std::size_t i = 0; i < options_.seeds.size(); ++i) {
     const auto first = costs.begin() + static_cast<std::ptrdiff_t>(i) * each;
     const auto best = static_cast<std::size_t>(std::min_element(first, first + each) - costs.begin());
+    moved = moved || options_.seeds[i].latency_s != asked_[best].parameters.latency_s;
     options_.seeds[i].latency_s = asked_[best].parameters.latency_s;
   }
-  if (options_.estimate_imu_noise || options_.estimate_gnss_std) {
+  if (moved && (options_.estimate_imu_noise || options_.estimate_gnss_std)) {
     stage_ = Stage::scales;
     asked_ = scale_grid(options_);
   } else {

@@ -51,10 +51,10 @@ std::vector<Window> windows(const ImuSeries& imu) {
   return out;
 }
 
-// The rest so far: slow averages, so that a warming sensor may drift.
-// The position of a rest.
+// The rest so far.
 struct Reference {
-  Vector3d omega = Vector3d::Zero(), f = Vector3d::Zero();
+  Vector3d omega = Vector3d::Zero(), f = Vector3d::Zero();  // slow averages, so that a warming sensor may drift
+  // The mean of its first fixes: a mean that follows would follow a drift.
   Vector3d p = Vector3d::Zero();
   double fixes = 0.0;
   double last_fix_s = 0.0;
@@ -74,8 +74,7 @@ bool shows_motion(const GnssFix& fix, const Reference& reference, double sigmas)
 
 // Whether the rest goes on after this fix. Three in a row that show motion end it: one or two may be outliers.
 bool fix_stays(const GnssFix& fix, Reference& reference, double sigmas) {
-  constexpr double kFirstFixes =
-      5.0;  // the position of the rest is their mean: a mean that follows would follow a drift
+  constexpr double kFirstFixes = 5.0;
   constexpr int kOutliers = 2;
   if (shows_motion(fix, reference, sigmas)) return ++reference.disagreeing <= kOutliers;
   if (reference.fixes < kFirstFixes) reference.p += (fix.p_ea_e - reference.p) / (reference.fixes + 1.0);

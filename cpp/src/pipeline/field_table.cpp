@@ -174,6 +174,9 @@ std::vector<Field> make_table() {
        initial<&InitialConfig::velocity_std_mps>, kPositive},
 
       // [filter]
+      {"filter.model", "",
+       "Error of filter and smoother: on SE_2(3) x T(6), multiplicative quaternion, or Euler angles",
+       filter<&FilterConfig::model>, Words{{"lie", "mekf", "euler"}}},
       {"filter.mechanization", "", "Strapdown step: closed form over the sample, or as the TAES paper prints it",
        filter<&FilterConfig::mechanization>, Words{{"exact", "paper"}}},
       {"filter.gravity", "", "Gravity model: WGS 84 normal gravity, or J2 gravitation", filter<&FilterConfig::gravity>,

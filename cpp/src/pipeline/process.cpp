@@ -8,6 +8,7 @@
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
+#include "liealign/estimate/chart_models.hpp"
 #include "liealign/estimate/interval_smoother.hpp"
 #include "liealign/estimate/output_frame.hpp"
 #include "liealign/estimate/parts.hpp"
@@ -179,27 +180,28 @@ void by_intervals(Run& run, const Belief<Model>& belief, const ImuCursor& start)
   });
 }
 
-// The forward pass sample by sample, for mechanizations without a closed form over an interval.
-struct SampleRecorder : SilentVisitor<Model> {
+// The forward pass sample by sample, for what has no closed form over an interval: other models and mechanizations.
+template <typename AnyModel>
+struct SampleRecorder : SilentVisitor<AnyModel> {
   Run& run;
-  std::vector<Checkpoint<Model>> checkpoints;
+  std::vector<Checkpoint<AnyModel>> checkpoints;
 
-  SampleRecorder(Run& of, Checkpoint<Model> start) : run(of), checkpoints{std::move(start)} {}
+  SampleRecorder(Run& of, Checkpoint<AnyModel> start) : run(of), checkpoints{std::move(start)} {}
 
-  void after(const Belief<Model>& belief, const NavTransition<double>&, std::size_t k, bool whole) {
+  void after(const Belief<AnyModel>& belief, const NavTransition<double>&, std::size_t k, bool whole) {
     run.filtered.hand_on(kPartEpochs);
-    if (whole) run.filtered.add(0, k, belief);
+    if (whole && run.filtered.wanted) run.filtered.add(0, k, lie_belief(belief));
   }
   void updated(const Event& event, UpdateKind kind, const Innovation<double>& i) const { run.record(event, kind, i); }
 
-  void checkpoint(std::size_t i, const Belief<Model>& belief, const ImuCursor& cursor, const Model::State& X_predicted,
-                  const Model::Covariance& P_predicted) {
+  void checkpoint(std::size_t i, const Belief<AnyModel>& belief, const ImuCursor& cursor,
+                  const typename AnyModel::State& X_predicted, const typename AnyModel::Covariance& P_predicted) {
     checkpoints.push_back({belief, cursor, {X_predicted, P_predicted}});
     // An event on the stamp of a sample: the filtered epoch there is the one after the update.
     std::vector<Epoch>& epochs = run.filtered.epochs[0];
     if (!epochs.empty() && epochs.back().t_s == cursor.t_s) {
       epochs.pop_back();
-      run.filtered.add(0, cursor.k - 1, belief);
+      run.filtered.add(0, cursor.k - 1, lie_belief(belief));
     }
     const std::size_t n = run.data.events.size();
     if (i % (1 + n / 50) == 0) run.report(0, 2, i, n);
@@ -207,21 +209,22 @@ struct SampleRecorder : SilentVisitor<Model> {
 };
 
 // Latest first, so that the whole trajectory is held until it is turned round.
-void by_samples(Run& run, Belief<Model> belief, const ImuCursor& start) {
+template <typename AnyModel>
+void by_samples(Run& run, Belief<AnyModel> belief, const ImuCursor& start) {
   const ImuSeries& imu = run.data.imu();
-  SampleRecorder recorder(run, {belief, start, belief});
-  if (imu[start.k - 1].t_s == start.t_s) run.filtered.add(0, start.k - 1, belief);
+  SampleRecorder<AnyModel> recorder(run, {belief, start, belief});
+  if (imu[start.k - 1].t_s == start.t_s) run.filtered.add(0, start.k - 1, lie_belief(belief));
   forward_pass(run.data, run.filter, belief, start, imu.back().t_s, recorder);
   run.filtered.hand_on(0);
 
-  const std::vector<Checkpoint<Model>>& checkpoints = recorder.checkpoints;
-  const auto emit = [&](std::size_t k, const Belief<Model>& b) { run.smoothed.add(0, k, b); };
-  const auto at_event = [&](std::size_t i, const Belief<Model>& b) {
+  const std::vector<Checkpoint<AnyModel>>& checkpoints = recorder.checkpoints;
+  const auto emit = [&](std::size_t k, const Belief<AnyModel>& b) { run.smoothed.add(0, k, lie_belief(b)); };
+  const auto at_event = [&](std::size_t i, const Belief<AnyModel>& b) {
     if (!run.keep_events) return;
-    run.solution.filtered_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, checkpoints[i].updated));
-    run.solution.smoothed_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, b));
+    run.solution.filtered_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, lie_belief(checkpoints[i].updated)));
+    run.solution.smoothed_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, lie_belief(b)));
   };
-  smooth(Ekf<Model>{run.filter.dynamics, run.filter.covariance_reset}, run.data, checkpoints, emit, at_event,
+  smooth(Ekf<AnyModel>{run.filter.dynamics, run.filter.covariance_reset}, run.data, checkpoints, emit, at_event,
          [&](std::size_t done, std::size_t total) {
            run.report(1, 2, done, total);
            return true;
@@ -294,7 +297,12 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
                                             heading.heading_rad, solution.heading_std_initial_rad, heading.start);
   Run run{data,     filter,      output,  {output, noted, true}, {output, filtered, flight.config.output.filtered},
           progress, keep_events, solution};
-  if (filter.dynamics.mechanization == Mechanization::exact) {
+  const std::string& model = flight.config.filter.model;
+  if (model == "mekf") {
+    by_samples(run, belief_in<MekfModel>(belief), start);
+  } else if (model == "euler") {
+    by_samples(run, belief_in<EulerModel>(belief), start);
+  } else if (filter.dynamics.mechanization == Mechanization::exact) {
     by_intervals(run, belief, start);
   } else {
     by_samples(run, belief, start);

@@ -16,11 +16,11 @@ struct FlightParameters {
   double latency_s = 0.0;        // of the GNSS stamps at t_start: t_true = stamp - latency - drift (t - t_start)
   double clock_drift = 0.0;      // s/s, of the IMU clock against the fixes'
   double imu_noise_scale = 1.0;  // on every noise of the IMU
-  double accel_noise_scale =
-      1.0;  // on the accelerometers' besides: vibration and scale factors reach the two unequally
+  // On the accelerometers' besides: vibration and scale factors reach the two unequally.
+  double accel_noise_scale = 1.0;
   double gnss_std_scale = 1.0;
-  double velocity_std_scale =
-      1.0;                     // on the velocities' besides: receivers state the two apart, or one of them not at all
+  // On the velocities' besides: receivers state the two apart, or one of them not at all.
+  double velocity_std_scale = 1.0;
   double turn_on_scale = 1.0;  // on the biases at the start, besides imu_noise_scale
 
   bool operator==(const FlightParameters&) const = default;

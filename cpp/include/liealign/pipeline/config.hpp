@@ -82,6 +82,7 @@ struct InitialConfig {
 };
 
 struct FilterConfig {
+  std::string model = "lie";            // lie | mekf | euler
   std::string mechanization = "exact";  // exact | paper
   std::string gravity = "normal";       // normal | j2
   bool covariance_reset = true;
