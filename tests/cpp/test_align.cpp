@@ -270,7 +270,7 @@ HeadingResult search(HeadingSearchOptions options, Curve curve) {
   HeadingSearch s(options);
   while (!s.done()) {
     std::vector<CandidateScore> scores;
-    for (const HeadingCandidate& c : s.ask()) scores.push_back({curve(c), 0.02, 5.0, {}, 100});
+    for (const HeadingCandidate& c : s.ask()) scores.push_back({curve(c), 0.02, 5.0, {}, {}, 100});
     s.tell(scores);
   }
   return s.result();
@@ -331,17 +331,17 @@ HeadingResult search_scores(const HeadingSearchOptions& options, Score score) {
 }
 
 TEST(HeadingSearch, a_flight_that_does_not_fit_is_not_aligned) {
-  const auto with_nis = [](double nis_90) {
+  const auto misfitting = [](double scale) {
     return search_scores(search_options(), [=](const HeadingCandidate& c) {
       CandidateScore score;
       score.cost = sinusoidal(c, 1.0, 0.05 * kDeg);
-      score.nis_90 = nis_90;
+      score.gate_scales_of_most.position = scale;
       score.fixes = 100;
       return score;
     });
   };
-  EXPECT_EQ(with_nis(6.25).verdict, "aligned");
-  const HeadingResult off = with_nis(1000.0);
+  EXPECT_EQ(misfitting(1.0).verdict, "aligned");
+  const HeadingResult off = misfitting(30.0);
   EXPECT_EQ(off.verdict, "weak");
   EXPECT_NE(off.advice.find("does not fit"), std::string::npos);
 }
@@ -354,7 +354,7 @@ TEST(HeadingSearch, gates_are_those_of_the_tightest_filter_that_copes) {
     return c.gate_scales.position < 4 ? GateScales{6.1, 1} : GateScales{5, 1};
   };
   const auto score = [&](const HeadingCandidate& c) {
-    return CandidateScore{sinusoidal(c, 1.0, 0.1 * kDeg), 0.02, 5.0, found(c), 100};
+    return CandidateScore{sinusoidal(c, 1.0, 0.1 * kDeg), 0.02, 5.0, found(c), {}, 100};
   };
   std::vector<double> in_force;  // of the conditional candidates
   const HeadingResult r = search_scores(search_options(), [&](const HeadingCandidate& c) {
@@ -366,6 +366,16 @@ TEST(HeadingSearch, gates_are_those_of_the_tightest_filter_that_copes) {
   ASSERT_FALSE(in_force.empty());
   for (double gates : in_force) EXPECT_EQ(gates, 5.0);
   EXPECT_NEAR(r.heading_rad, 1.0, 0.005 * kDeg);
+}
+
+// Their 80 % point is an outlier in every filter, so that none copes by it; most of the fixes fit the tight ones.
+TEST(HeadingSearch, more_outliers_than_a_fifth_do_not_open_the_gates) {
+  const HeadingResult r = search_scores(search_options(), [&](const HeadingCandidate& c) {
+    const bool tight = c.gated && c.gate_scales.position < 500;
+    return CandidateScore{sinusoidal(c, 1.0, 0.1 * kDeg), 0.02, 5.0, {5000, 1}, {tight ? 1.2 : 300.0, 1}, 100};
+  });
+  EXPECT_EQ(r.gate_scales.position, 1.2);
+  EXPECT_EQ(r.verdict, "aligned");
 }
 
 TEST(HeadingSearch, a_latency_far_from_the_coarse_one_is_found) {

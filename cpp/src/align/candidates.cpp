@@ -39,7 +39,13 @@ struct Scored {
   CandidateScore result() {
     const double cost = score.negative_log_likelihood;
     if (std::isnan(cost)) return failed();  // a lane alone
-    return {cost, score.p_rms(), score.nis_90(), score.gate_scales(), score.positions, std::move(terms)};
+    return {cost,
+            score.p_rms(),
+            score.nis_90(),
+            score.gate_scales(),
+            score.gate_scales_of_most(),
+            score.positions,
+            std::move(terms)};
   }
 };
 

@@ -74,16 +74,20 @@ void HeadingSearch::ask_gates() {
 }
 
 void HeadingSearch::tell_gates(const std::vector<CandidateScore>& scores) {
-  constexpr double kSlack = 1.5;  // of the 90 % point of a few dozen fixes
-  gate_scales_ = best_.gate_scales;
-  for (std::size_t i = 0; i < scores.size(); ++i) {
-    const GateScales &in_force = asked_[i].gate_scales, &found = scores[i].gate_scales;
-    const bool copes = std::isfinite(scores[i].cost) && found.position <= kSlack * in_force.position &&
-                       found.velocity <= kSlack * in_force.velocity;
-    if (!copes) continue;
-    gate_scales_ = found;
-    break;
-  }
+  constexpr double kSlack = 1.5;        // of a point of a few dozen fixes
+  constexpr double kPlausible = 100.0;  // of a noise model; more is rather more outliers than a fifth
+  const auto tightest = [&](GateScales CandidateScore::*which, double most) -> const GateScales* {
+    for (std::size_t i = 0; i < scores.size(); ++i) {
+      const GateScales &in_force = asked_[i].gate_scales, &found = scores[i].*which;
+      if (std::max(in_force.position, in_force.velocity) <= most && std::isfinite(scores[i].cost) &&
+          found.position <= kSlack * in_force.position && found.velocity <= kSlack * in_force.velocity)
+        return &found;
+    }
+    return nullptr;
+  };
+  const GateScales* found = tightest(&CandidateScore::gate_scales, kPlausible);
+  if (found == nullptr) found = tightest(&CandidateScore::gate_scales_of_most, kInfinity);
+  gate_scales_ = found == nullptr ? best_.gate_scales : *found;
   start_fine();
 }
 

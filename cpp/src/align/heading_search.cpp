@@ -316,7 +316,7 @@ HeadingResult HeadingSearch::result() const {
   r.gate_scales = joint() ? fit.best.gate_scales
                           : GateScales{std::min(gate_scales_.position, fit.best.gate_scales.position),
                                        std::min(gate_scales_.velocity, fit.best.gate_scales.velocity)};
-  judge(r, fit.best.fixes, options_);
+  judge(r, fit.best, options_);
   return r;
 }
 

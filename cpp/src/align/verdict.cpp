@@ -2,15 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/align/verdict.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "liealign/core/units.hpp"
 
 namespace liealign {
 
-void judge(HeadingResult& r, std::size_t fixes, const HeadingSearchOptions& options) {
+void judge(HeadingResult& r, const CandidateScore& best, const HeadingSearchOptions& options) {
+  const std::size_t fixes = best.fixes;
+  const double misfit = std::max(best.gate_scales_of_most.position, best.gate_scales_of_most.velocity);
   constexpr double kSecondModeMass = 0.01;
-  constexpr double kMisfit = 25.0 * 6.25;  // of the NIS's 90 % point: residuals five times what they should be
+  constexpr double kMisfit = 25.0;  // most residuals five times what they should be; a few are outliers
   // What the flight itself says: a typed-in guess is not counted for the verdict.
   double information = r.sigma_rad ? 1.0 / (*r.sigma_rad * *r.sigma_rad) : 0.0;
   if (options.guess_rad) information -= 1.0 / (options.guess_std_rad * options.guess_std_rad);
@@ -27,7 +30,7 @@ void judge(HeadingResult& r, std::size_t fixes, const HeadingSearchOptions& opti
   } else if (r.posterior.modes.size() > 1 && r.posterior.modes[1].mass > kSecondModeMass) {
     r.verdict = "ambiguous";
     r.advice = "more than one heading explains the flight; accelerate in two different horizontal directions";
-  } else if (r.nis_90 > kMisfit) {
+  } else if (misfit > kMisfit) {
     r.verdict = "weak";
     r.advice =
         "the flight does not fit its stated noise, and the sigma is too small by that much: estimate the noise scales "

@@ -67,7 +67,7 @@ struct CandidateScore {
   double cost = 0.0;     // (Eq. 33) without prior; +infinity when the filter failed
   double p_rms_m = 0.0;  // (Eq. 34)
   double nis_90 = 0.0;   // 90 % point of the positions' NIS; 6.25 where the noise model is right
-  GateScales gate_scales;
+  GateScales gate_scales, gate_scales_of_most;
   std::size_t fixes = 0;
   std::vector<ScoreTerm> terms = {};
   std::optional<StartCorrection> start = {};  // of a smoothed candidate; absent when its smoother failed

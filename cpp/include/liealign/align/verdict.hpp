@@ -6,7 +6,7 @@
 
 namespace liealign {
 
-// Sets verdict and advice; takes the sigma away where the data say nothing. `fixes`: how many were scored.
-void judge(HeadingResult& result, std::size_t fixes, const HeadingSearchOptions& options);
+// Sets verdict and advice; takes the sigma away where the data say nothing. `best`: the lowest score of the fit.
+void judge(HeadingResult& result, const CandidateScore& best, const HeadingSearchOptions& options);
 
 }  // namespace liealign

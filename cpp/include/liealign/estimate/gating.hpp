@@ -8,6 +8,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -42,11 +43,11 @@ struct Gate {
 
 // Where the fixes of a whole flight disagree with the filter more than its noise model says, the gate opens by as much: it is
 // there for the fixes that stand out, not for a noise model that is too small. By the 80 % point of the flight's NIS, which
-// up to a fifth of outliers does not move: of thirty fixes a tenth may be bad where one in twenty is on average.
-inline double gate_scale(double nis_80) {
-  constexpr double kChiSquare3At80 = 4.641627676087445;
-  return nis_80 > kChiSquare3At80 ? nis_80 / kChiSquare3At80 : 1.0;
-}
+// up to a fifth of outliers does not move: of thirty fixes a tenth may be bad where one in twenty is on average. The 60 % point
+// bears two fifths, and says nothing of a flight that is mismodelled for a third of it.
+inline constexpr double kChiSquare3At80 = 4.641627676087445, kChiSquare3At60 = 2.9461660731019514;
+
+inline double gate_scale(double nis_point, double chi_square) { return std::max(1.0, nis_point / chi_square); }
 
 inline Gate scaled(const Gate& gate, double scale) { return {gate.outliers, gate.kappa * scale}; }
 

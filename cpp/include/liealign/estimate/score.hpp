@@ -46,18 +46,22 @@ struct Score {
   // 6.25 where the noise model is right.
   Scalar nis_90() const { return nis_point(position_nis, 90); }
   // Of few fixes the point may be an outlier itself: then the gates stay as they are.
-  GateScales gate_scales() const {
-    constexpr std::size_t kEnough = 20;
-    const auto scale = [](const std::vector<Scalar>& nis) {
-      return nis.size() < kEnough ? 1.0 : gate_scale(static_cast<double>(nis_point(nis, 80)));
-    };
-    return {scale(position_nis), scale(velocity_nis)};
-  }
+  GateScales gate_scales() const { return gate_scales(80, kChiSquare3At80); }
+  GateScales gate_scales_of_most() const { return gate_scales(60, kChiSquare3At60); }
 
   // P_RMS in m; nan without a position.
   Scalar p_rms() const {
     using std::sqrt;
     return sqrt(position_squares / Scalar(static_cast<double>(positions)));
+  }
+
+ private:
+  GateScales gate_scales(std::size_t percent, double chi_square) const {
+    constexpr std::size_t kEnough = 20;
+    const auto scale = [&](const std::vector<Scalar>& nis) {
+      return nis.size() < kEnough ? 1.0 : gate_scale(static_cast<double>(nis_point(nis, percent)), chi_square);
+    };
+    return {scale(position_nis), scale(velocity_nis)};
   }
 };
 
