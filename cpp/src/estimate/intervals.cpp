@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/estimate/intervals.hpp"
 
+#include <utility>
+
 namespace liealign {
 namespace {
 
@@ -9,9 +11,8 @@ constexpr auto kNothingInside = [](std::size_t, const Preintegrated<double>&) {}
 
 }  // namespace
 
-SampleBlocks::SampleBlocks(const ImuSeries& imu, double from_s, double to_s, const Vector<double, 6>& b,
-                           const ImuNoise& with)
-    : b_0(b), noise(with) {
+SampleBlocks::SampleBlocks(const ImuSeries& imu, double from_s, double to_s, const Vector<double, 6>& b, ImuNoise with)
+    : b_0(b), noise(std::move(with)) {
   first = cursor_at(imu, from_s).k / kSamples;
   const std::size_t last = std::min(cursor_at(imu, to_s).k, imu.size() - 1) / kSamples;
   blocks.resize(last > first ? last - first : 0);

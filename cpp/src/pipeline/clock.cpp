@@ -47,9 +47,11 @@ ClockFit fit_clock(const AlignmentProblem& problem, HeadingCandidate candidate, 
       intervals = intervals_for(problem, candidate.parameters);
     }
     std::vector<ClockChange> changes;
+    changes.reserve(search.ask().size());
     for (const SurfaceVector& at : search.ask()) changes.push_back(change_to(at));
     scores = evaluate_clocks(problem, intervals, candidate, changes);
     std::vector<double> costs;
+    costs.reserve(scores.size());
     for (const CandidateScore& score : scores) costs.push_back(score.cost);
     fit.evaluations += static_cast<int>(costs.size());
     search.tell(costs);

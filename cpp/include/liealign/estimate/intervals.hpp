@@ -54,7 +54,7 @@ struct SampleBlocks {
 
   SampleBlocks() = default;
   // Those that lie between from_s and to_s. Threads over the blocks.
-  SampleBlocks(const ImuSeries& imu, double from_s, double to_s, const Vector<double, 6>& b, const ImuNoise& with);
+  SampleBlocks(const ImuSeries& imu, double from_s, double to_s, const Vector<double, 6>& b, ImuNoise with);
 
   // The samples of `imu`, the same, from `at` to end_s: by blocks (Eq. 65) where there are any.
   Preintegrated<double> preintegrate_to(double end_s, const ImuSeries& imu, ImuCursor& at) const;
