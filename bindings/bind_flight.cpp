@@ -218,9 +218,8 @@ void bind_flight(py::module_& m) {
 
   m.def("with_clock_of_flight", &with_clock_of_flight, py::arg("flight"), py::arg("found"),
         py::call_guard<py::gil_scoped_release>(),
-        "found, a HeadingResult, with latency and drift of the clock from up to half an hour of the flight, where they "
-        "are\n"
-        "estimated and the alignment has used less.");
+        "found, a HeadingResult, with latency and drift of the clock from up to half an hour of the flight,\n"
+        "where they are estimated and the alignment has used less.");
   m.def("prepare_flight", &prepare_flight, py::arg("flight"), py::call_guard<py::gil_scoped_release>(),
         "Raises InputError when IMU and GNSS do not overlap or the flight does not begin at rest.");
   m.def(

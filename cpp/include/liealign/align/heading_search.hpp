@@ -15,7 +15,7 @@
 //            few bad fixes do not decide. What the score's gradient does over the log says whether sigmas found with theta
 //            can be trusted (Eq. 63);
 //   start    after each of those fits: what its flight, smoothed, says of its own start; where the tilt differs by more than the
-//            first order of the filter carries, the fit is repeated from there;
+//            first order of the filter carries, the fit is repeated from there, and the whole circle where it differs by far;
 //   drift    where the latency is unknown and the flight long enough, the drift of the IMU clock about its middle; fine again
 //            with it where it is beyond three of its sigmas, for a drift is applied to the whole log;
 //   density  conditional candidates around the minimum and over the circle: interval, modes, mean (Eq. 61).
