@@ -246,7 +246,7 @@ std::vector<Epoch> plain_smoother(const PreparedFlight& flight, const Found& fou
   forward_pass(data, found.filter, belief, begin, data.imu().back().t_s, recorder);
   std::vector<Epoch> epochs;
   smooth(
-      Ekf<Model>{found.filter.dynamics, found.filter.covariance_reset}, data, recorder.checkpoints,
+      Ekf<Model>{found.filter.dynamics, found.filter.covariance_reset}, data, recorder.checkpoints, kEverySample,
       [&](std::size_t k, const Belief<Model>& b) { epochs.push_back(epoch_of(data.imu()[k].t_s, b)); },
       [](std::size_t, const Belief<Model>&) {});
   std::reverse(epochs.begin(), epochs.end());

@@ -9,19 +9,6 @@
 namespace liealign::bindings {
 namespace {
 
-// A struct whose fields were bound by def_readwrite, from keyword arguments.
-template <typename Struct>
-Struct from_keywords(const py::kwargs& fields) {
-  Struct made;
-  const py::object view = py::cast(&made, py::return_value_policy::reference);
-  for (const auto& [name, value] : fields) {
-    const std::string field = py::str(name);
-    if (!py::hasattr(view, field.c_str())) throw py::type_error("unexpected keyword argument '" + field + "'");
-    py::setattr(view, field.c_str(), py::reinterpret_borrow<py::object>(value));
-  }
-  return made;
-}
-
 py::dict truth_columns(const Truth& truth) {
   const std::size_t n = truth.epochs.size();
   py::dict d;

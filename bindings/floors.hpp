@@ -30,6 +30,7 @@ void bind_align(py::module_& m);
 void bind_flight(py::module_& m);
 void bind_pipeline(py::module_& m);
 void bind_simulate(py::module_& m);
+void bind_study(py::module_& m);
 
 // Calls the Python callable with the GIL; what it raises passes through, False cancels. Ctrl-C is seen here as well,
 // also without a callable. `callback` must outlive the result.
@@ -56,5 +57,18 @@ inline void put3(double* to, const Vector3d& v, double factor = 1.0) {
 }
 
 inline Vector3d get3(const double* from) { return {from[0], from[1], from[2]}; }
+
+// A struct whose fields were bound by def_readwrite, from keyword arguments.
+template <typename Struct>
+Struct from_keywords(const py::kwargs& fields) {
+  Struct made;
+  const py::object view = py::cast(&made, py::return_value_policy::reference);
+  for (const auto& [name, value] : fields) {
+    const std::string field = py::str(name);
+    if (!py::hasattr(view, field.c_str())) throw py::type_error("unexpected keyword argument '" + field + "'");
+    py::setattr(view, field.c_str(), py::reinterpret_borrow<py::object>(value));
+  }
+  return made;
+}
 
 }  // namespace liealign::bindings

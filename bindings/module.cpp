@@ -20,4 +20,5 @@ PYBIND11_MODULE(_core, m) {
   bind_flight(m);
   bind_pipeline(m);
   bind_simulate(m);
+  bind_study(m);
 }

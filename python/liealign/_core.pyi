@@ -534,3 +534,46 @@ def simulate_flight(
     drone: DroneFlight, gnss: GnssErrors, config: Config, seed: int, imu: ImuErrorSizes = ...
 ) -> SimulatedFlight: ...
 def write_flight(folder: str, simulated: SimulatedFlight) -> None: ...
+
+STUDY_CHANNELS: tuple[str, ...]
+
+class StudyCase:
+    flight: DroneFlight
+    gnss: GnssErrors
+    imu: ImuErrorSizes
+    config: Config
+    models: list[str]
+    start: str
+    heading_error_deg: float | None
+    position_std_m: float
+    biases: str
+    mechanization: str
+    rate_hz: float
+    nees_interval_s: float
+    seed: int
+    def __init__(
+        self,
+        *,
+        flight: DroneFlight = ...,
+        gnss: GnssErrors = ...,
+        imu: ImuErrorSizes = ...,
+        config: Config = ...,
+        models: list[str] = ...,
+        start: str = ...,
+        heading_error_deg: float | None = ...,
+        position_std_m: float = ...,
+        biases: str = ...,
+        mechanization: str = ...,
+        rate_hz: float = ...,
+        nees_interval_s: float = ...,
+        seed: int = ...,
+    ) -> None: ...
+
+class Truth: ...
+
+def study_truth(study: StudyCase) -> Truth: ...
+def nees_times(study: StudyCase, truth: Truth) -> list[float]: ...
+def run_study(
+    study: StudyCase, truth: Truth, first: int, count: int, progress: ProgressCallback | None = None
+) -> dict[str, Any]: ...
+def study_bound(study: StudyCase, truth: Truth) -> dict[str, Any]: ...

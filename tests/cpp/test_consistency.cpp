@@ -118,7 +118,8 @@ MatchedRun matched_run(const Truth& truth, std::uint64_t seed) {
     return std::abs(std::remainder(t, 10.0)) < 1e-6 && t > 1.0 && data.imu()[at.k - 1].t_s == at.t_s;
   };
   smooth(
-      Ekf<Model>{options.dynamics, true}, data, keeper.checkpoints, [](std::size_t, const Belief<Model>&) {},
+      Ekf<Model>{options.dynamics, true}, data, keeper.checkpoints, kEverySample,
+      [](std::size_t, const Belief<Model>&) {},
       [&](std::size_t i, const Belief<Model>& smoothed) {
         const ImuCursor& at = keeper.checkpoints[i].cursor;
         if (!wanted(at)) return;

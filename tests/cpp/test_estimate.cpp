@@ -268,7 +268,7 @@ TEST(ForwardPass, two_events_at_one_time_both_count_and_give_one_epoch) {
   EXPECT_EQ(keeper.verdicts.size(), 14u * 3u);  // position, zero velocity, zero rate
   std::vector<std::size_t> emitted;
   smooth(
-      Ekf<Model>{c.options.dynamics, true}, c.data, keeper.checkpoints,
+      Ekf<Model>{c.options.dynamics, true}, c.data, keeper.checkpoints, kEverySample,
       [&](std::size_t k, const Belief<Model>&) { emitted.push_back(k); }, [](std::size_t, const Belief<Model>&) {});
   ASSERT_EQ(emitted.size(), 1401u);
   for (std::size_t i = 0; i < emitted.size(); ++i) EXPECT_EQ(emitted[i], 1400 - i);
@@ -327,7 +327,7 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
   forward_pass(c.data, c.options, belief, start, 1.0, keeper);
   std::vector<Belief<Model>> smoothed(c.data.imu().size());
   smooth(
-      ekf, c.data, keeper.checkpoints, [&](std::size_t k, const Belief<Model>& b) { smoothed[k] = b; },
+      ekf, c.data, keeper.checkpoints, kEverySample, [&](std::size_t k, const Belief<Model>& b) { smoothed[k] = b; },
       [](std::size_t, const Belief<Model>&) {});
 
   // Batch: unknown eps_0 and the process noises; eps_{k+1} = F_k eps_k + w_k about the unaided trajectory.

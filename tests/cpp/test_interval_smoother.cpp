@@ -241,7 +241,7 @@ TEST(IntervalSmoother, gives_what_the_filter_and_the_smoother_sample_by_sample_g
   forward_pass(data, options, belief, start, data.imu().back().t_s, kept);
   std::vector<std::pair<std::size_t, Belief<Model>>> smoothed;
   smooth(
-      Ekf<Model>{options.dynamics, true}, data, kept.checkpoints,
+      Ekf<Model>{options.dynamics, true}, data, kept.checkpoints, kEverySample,
       [&](std::size_t k, const Belief<Model>& b) { smoothed.emplace_back(k, b); },
       [](std::size_t, const Belief<Model>&) {});
 

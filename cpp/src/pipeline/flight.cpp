@@ -35,27 +35,6 @@ void raise_to_floor(Matrix3d& P, double floor) {
   for (int i = 0; i < 3; ++i) P(i, i) = std::max(P(i, i), floor * floor);
 }
 
-GnssFix fix_from_record(const GnssRecord& r, std::size_t index, const Config& config, double latency_s, double scale) {
-  const GnssConfig& c = config.gnss;
-  const Matrix3d C = C_n_e(r.lat_rad, r.lon_rad);
-  GnssFix fix;
-  fix.t_s = r.t_s - latency_s;
-  fix.record = index;
-  fix.p_ea_e = ecef_from_geodetic({r.lat_rad, r.lon_rad, r.height_m});
-  Matrix3d P_n = scale * scale * r.P_n_m2;
-  raise_to_floor(P_n, c.std_floor_m);
-  fix.R_p_e = C * P_n * C.transpose();
-  fix.has_velocity = r.has_velocity && c.use_velocity;
-  if (!fix.has_velocity) return fix;
-  fix.v_ea_e = C * r.v_n_mps;
-  const Vector3d std_v =
-      r.has_velocity_std ? Vector3d(scale * r.std_v_n_mps) : Vector3d::Constant(scale * c.velocity_std_mps);
-  Matrix3d R_v = std_v.cwiseAbs2().asDiagonal();
-  raise_to_floor(R_v, c.velocity_std_floor_mps);
-  fix.R_v_e = C * R_v * C.transpose();
-  return fix;
-}
-
 bool accepted(const GnssRecord& r, const Config& config) {
   const std::vector<int>& accept = config.gnss.accept_fix;
   return r.fix < 0 || std::find(accept.begin(), accept.end(), r.fix) != accept.end();
@@ -226,6 +205,27 @@ void check_guess(const AlignConfig& align) {
 }
 
 }  // namespace
+
+GnssFix fix_from_record(const GnssRecord& r, std::size_t index, const Config& config, double latency_s, double scale) {
+  const GnssConfig& c = config.gnss;
+  const Matrix3d C = C_n_e(r.lat_rad, r.lon_rad);
+  GnssFix fix;
+  fix.t_s = r.t_s - latency_s;
+  fix.record = index;
+  fix.p_ea_e = ecef_from_geodetic({r.lat_rad, r.lon_rad, r.height_m});
+  Matrix3d P_n = scale * scale * r.P_n_m2;
+  raise_to_floor(P_n, c.std_floor_m);
+  fix.R_p_e = C * P_n * C.transpose();
+  fix.has_velocity = r.has_velocity && c.use_velocity;
+  if (!fix.has_velocity) return fix;
+  fix.v_ea_e = C * r.v_n_mps;
+  const Vector3d std_v =
+      r.has_velocity_std ? Vector3d(scale * r.std_v_n_mps) : Vector3d::Constant(scale * c.velocity_std_mps);
+  Matrix3d R_v = std_v.cwiseAbs2().asDiagonal();
+  raise_to_floor(R_v, c.velocity_std_floor_mps);
+  fix.R_v_e = C * R_v * C.transpose();
+  return fix;
+}
 
 Flight read_flight(const Config& config) {
   if (config.imu.file.empty()) throw ConfigError("imu.file is not given; name the IMU log (--imu FILE)");

@@ -218,13 +218,14 @@ void by_samples(Run& run, Belief<AnyModel> belief, const ImuCursor& start) {
   run.filtered.hand_on(0);
 
   const std::vector<Checkpoint<AnyModel>>& checkpoints = recorder.checkpoints;
+  const auto wanted = [&](std::size_t k) { return run.output.wanted(k); };
   const auto emit = [&](std::size_t k, const Belief<AnyModel>& b) { run.smoothed.add(0, k, lie_belief(b)); };
   const auto at_event = [&](std::size_t i, const Belief<AnyModel>& b) {
     if (!run.keep_events) return;
     run.solution.filtered_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, lie_belief(checkpoints[i].updated)));
     run.solution.smoothed_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, lie_belief(b)));
   };
-  smooth(Ekf<AnyModel>{run.filter.dynamics, run.filter.covariance_reset}, run.data, checkpoints, emit, at_event,
+  smooth(Ekf<AnyModel>{run.filter.dynamics, run.filter.covariance_reset}, run.data, checkpoints, wanted, emit, at_event,
          [&](std::size_t done, std::size_t total) {
            run.report(1, 2, done, total);
            return true;
@@ -252,6 +253,18 @@ struct DigestOf {
 
 }  // namespace
 
+RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading) {
+  const AlignmentProblem& problem = flight.problem;
+  RunStart run;
+  run.data = with_parameters(flight.data, heading.parameters, problem.t_start_s);
+  run.filter = with_parameters(with_gates(flight.filter, heading.gate_scales), heading.parameters);
+  run.heading_std_rad = initial_heading_std(flight, heading);
+  run.belief = start_belief(problem, with_parameters(problem.initial, heading.parameters), heading.heading_rad,
+                            run.heading_std_rad, heading.start);
+  run.cursor = cursor_at(run.data.imu(), flight.t_begin_s);
+  return run;
+}
+
 void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink) {
   std::vector<std::vector<Epoch>> parts(part_slots());
   in_order((epochs.size() + kPartEpochs - 1) / kPartEpochs,
@@ -267,18 +280,15 @@ void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink) {
 
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
                  const EpochSink& filtered, const Progress& progress, bool keep_events) {
-  const AlignmentProblem& problem = flight.problem;
-  const FlightData data = with_parameters(flight.data, heading.parameters, problem.t_start_s);
-  const FilterOptions filter = with_parameters(with_gates(flight.filter, heading.gate_scales), heading.parameters);
+  const auto [data, filter, belief, start, heading_std_rad] = run_start(flight, heading);
   const Output output(flight, filter);
   Solution solution;
-  solution.heading_std_initial_rad = initial_heading_std(flight, heading);
+  solution.heading_std_initial_rad = heading_std_rad;
   for (std::size_t i = 0; i < flight.record_use.size(); ++i) {
     solution.fixes.push_back({flight.record_time_s[i], flight.record_use[i], {}, {}});
   }
   for (const GnssFix& fix : data.fixes) solution.fixes[fix.record].t_s = fix.t_s;
 
-  const ImuCursor start = cursor_at(data.imu(), flight.t_begin_s);
   std::size_t wanted = 0;
   for (std::size_t k = start.k - 1; k < data.imu().size(); ++k) wanted += output.wanted(k) ? 1 : 0;
   const DigestOf digest{solution.digest, 1 + wanted / 2000};
@@ -293,8 +303,6 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
     smoothed.take(slot);
   };
 
-  const Belief<Model> belief = start_belief(problem, with_parameters(problem.initial, heading.parameters),
-                                            heading.heading_rad, solution.heading_std_initial_rad, heading.start);
   Run run{data,     filter,      output,  {output, noted, true}, {output, filtered, flight.config.output.filtered},
           progress, keep_events, solution};
   const std::string& model = flight.config.filter.model;

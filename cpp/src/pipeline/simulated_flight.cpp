@@ -18,25 +18,6 @@
 namespace liealign {
 namespace {
 
-ImuErrors imu_errors(const Config& config, const ImuErrorSizes& sizes, Random& random) {
-  const ImuProfile& p = imu_profile(config.imu.model);
-  ImuErrors e;
-  e.noise = imu_noise(config);
-  e.ornstein_uhlenbeck = true;
-  e.gyro_bias_sigma =
-      config.imu.gyro_bias_instability_deg_h.value_or(p.gyro_bias_instability_deg_h) * kDegPerHourToRadPerSecond;
-  e.accel_bias_sigma = config.imu.accel_bias_instability_ug.value_or(p.accel_bias_instability_ug) * kMicroGToMps2;
-  e.bias_correlation_time_s = config.imu.bias_correlation_time_s;
-  e.gyro_bias_sigma *= sizes.noise_scale;
-  e.accel_bias_sigma *= sizes.noise_scale;
-  for (double* density : {&e.noise.gyro_arw, &e.noise.accel_vrw, &e.noise.gyro_bias_rw, &e.noise.accel_bias_rw})
-    *density *= sizes.noise_scale;
-  const auto sign = [&] { return random.uniform() < 0.5 ? -1.0 : 1.0; };
-  for (int i = 0; i < 3; ++i) e.b_g_turn_on[i] = sign() * sizes.gyro_turn_on_deg_h * kDegPerHourToRadPerSecond;
-  for (int i = 0; i < 3; ++i) e.b_a_turn_on[i] = sign() * sizes.accel_turn_on_ug * kMicroGToMps2;
-  return e;
-}
-
 void write_imu(const std::string& path, const ImuSeries& imu) {
   write_csv(path,
             {{"time_s", 6},
@@ -107,12 +88,32 @@ void write_truth(const std::string& path, const Truth& truth) {
 
 }  // namespace
 
+ImuErrors imu_errors(const Config& config, const ImuErrorSizes& sizes, std::uint64_t seed) {
+  constexpr std::uint64_t kSigns = 7;  // a stream of the seed; those of the sensors are in sensors.cpp
+  Random random(seed, kSigns);
+  const ImuProfile& p = imu_profile(config.imu.model);
+  ImuErrors e;
+  e.noise = imu_noise(config);
+  e.ornstein_uhlenbeck = true;
+  e.gyro_bias_sigma =
+      config.imu.gyro_bias_instability_deg_h.value_or(p.gyro_bias_instability_deg_h) * kDegPerHourToRadPerSecond;
+  e.accel_bias_sigma = config.imu.accel_bias_instability_ug.value_or(p.accel_bias_instability_ug) * kMicroGToMps2;
+  e.bias_correlation_time_s = config.imu.bias_correlation_time_s;
+  e.gyro_bias_sigma *= sizes.noise_scale;
+  e.accel_bias_sigma *= sizes.noise_scale;
+  for (double* density : {&e.noise.gyro_arw, &e.noise.accel_vrw, &e.noise.gyro_bias_rw, &e.noise.accel_bias_rw})
+    *density *= sizes.noise_scale;
+  const auto sign = [&] { return random.uniform() < 0.5 ? -1.0 : 1.0; };
+  for (int i = 0; i < 3; ++i) e.b_g_turn_on[i] = sign() * sizes.gyro_turn_on_deg_h * kDegPerHourToRadPerSecond;
+  for (int i = 0; i < 3; ++i) e.b_a_turn_on[i] = sign() * sizes.accel_turn_on_ug * kMicroGToMps2;
+  return e;
+}
+
 SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config,
                                 std::uint64_t seed, const ImuErrorSizes& imu) {
   SimulatedFlight out;
   out.truth = drone_truth(drone, Mechanization::exact, GravityModel::normal);
-  Random random(seed, 7);
-  out.flight.imu = add_imu_errors(out.truth.imu, imu_errors(config, imu, random), seed).log;
+  out.flight.imu = add_imu_errors(out.truth.imu, imu_errors(config, imu, seed), seed).log;
   out.flight.gnss = simulate_gnss(out.truth, gnss, seed);
   out.flight.config = config;
   out.flight.config.gnss.lever_arm_b_m = {gnss.l_ba_b.x(), gnss.l_ba_b.y(), gnss.l_ba_b.z()};

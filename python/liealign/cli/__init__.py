@@ -1,4 +1,4 @@
-"""The command line: `liealign run | align | compare | config | imus | simulate | demo`.
+"""The command line: `liealign run | align | compare | config | imus | simulate | demo | montecarlo`.
 
 Flags, files and exit codes are a contract. Exit codes: 0 done; 1 bad input (one line on stderr); 2 usage;
 3 numerical failure; 4 heading not aligned where --require-aligned demands it; 130 interrupted.
@@ -17,6 +17,7 @@ from liealign.cli.config import config
 from liealign.cli.flags import FLAGS, join_words
 from liealign.cli.imus import imus
 from liealign.cli.knobs import KNOBS
+from liealign.cli.montecarlo import montecarlo
 from liealign.cli.run import align, run
 from liealign.cli.simulate import demo, simulate
 from liealign.cli.work import EXIT_INTERRUPTED, run_to_folder
@@ -31,7 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     no_args_is_help=True,
 )
-for command in (run, align, compare, config, imus, simulate, demo):
+for command in (run, align, compare, config, imus, simulate, demo, montecarlo):
     app.command()(command)
 
 

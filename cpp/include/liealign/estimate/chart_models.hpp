@@ -12,6 +12,7 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
@@ -132,8 +133,12 @@ using EulerModel = ChartModel<EulerAttitude>;
 // A belief of the Lie model in another one, and back, to first order.
 template <typename Model>
 Belief<Model> belief_in(const Belief<LieModel<double>>& lie) {
-  const typename Model::Covariance T = Model::error_from_lie(lie.X);
-  return {lie.X, T * lie.P * T.transpose()};
+  if constexpr (std::is_same_v<Model, LieModel<double>>) {
+    return lie;
+  } else {
+    const typename Model::Covariance T = Model::error_from_lie(lie.X);
+    return {lie.X, T * lie.P * T.transpose()};
+  }
 }
 template <typename Attitude>
 Belief<LieModel<double>> lie_belief(const Belief<ChartModel<Attitude>>& belief) {

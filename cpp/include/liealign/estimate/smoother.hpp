@@ -20,6 +20,9 @@
 
 namespace liealign {
 
+// Wants all of them.
+inline constexpr auto kEverySample = [](std::size_t) { return true; };
+
 // What the forward pass leaves at an event.
 template <typename Model>
 struct Checkpoint {
@@ -64,11 +67,13 @@ struct Smoother {
 
   // Smooths the interval from checkpoint `from` to the event at t_next, whose smoothed belief is `next` and whose
   // predicted belief (as its updates used it) is `predicted`. emit(k, belief) is called with the smoothed belief at each
-  // IMU stamp inside (from, t_next), latest first. Returns the smoothed belief at `from`.
-  template <typename Emit>
+  // IMU stamp inside (from, t_next) that is wanted(k), latest first. Returns the smoothed belief at `from`. Between two of
+  // them nothing is measured: their transitions are one, and the step is as long.
+  template <typename Wanted, typename Emit>
   Belief<Model> interval(const ImuSeries& imu, const Checkpoint<Model>& from, double t_next,
-                         const Belief<Model>& predicted, const Belief<Model>& next, Emit& emit) const {
-    Recorder recorder;
+                         const Belief<Model>& predicted, const Belief<Model>& next, const Wanted& wanted,
+                         Emit& emit) const {
+    Recorder<Wanted> recorder{wanted};
     Belief<Model> belief = from.updated;
     ImuCursor cursor = from.cursor;
     propagate_to(ekf, imu, t_next, cursor, belief, recorder);
@@ -77,46 +82,54 @@ struct Smoother {
       const bool last = i + 1 == recorder.steps.size();
       smoothed = step(recorder.steps[i].before, recorder.steps[i].transition,
                       last ? predicted : recorder.steps[i + 1].before, smoothed);
-      if (i > 0 && recorder.steps[i - 1].whole) emit(recorder.steps[i - 1].k, smoothed);
+      if (i > 0) emit(recorder.steps[i - 1].k, smoothed);
     }
     return smoothed;
   }
 
  private:
+  // From `before` to the stamp of sample k, or to the end of the interval.
   struct Step {
     Belief<Model> before;
     NavTransition<Scalar> transition;
     std::size_t k;
-    bool whole;
   };
+  template <typename Wanted>
   struct Recorder {
+    const Wanted& wanted;
     std::vector<Step> steps;
-    Belief<Model> held;
-    void before(const Belief<Model>& belief) { held = belief; }
+    bool ended = true;  // the last step
+    void before(const Belief<Model>& belief) {
+      if (ended) steps.push_back({belief, {}, 0});
+    }
     void after(const Belief<Model>&, const NavTransition<Scalar>& t, std::size_t k, bool whole) {
-      steps.push_back({held, t, k, whole});
+      NavTransition<Scalar>& sum = steps.back().transition;
+      sum = ended ? t : NavTransition<Scalar>{t.F * sum.F, t.F * sum.B + t.B};
+      steps.back().k = k;
+      ended = whole && wanted(k);
     }
   };
 };
 
 // The whole backward pass: `checkpoints` in time order, one per event, the first one the start of the run.
-// emit(k, belief) at every IMU stamp from the start to the last event, latest first; at_checkpoint(i, belief) at each
-// checkpoint. A stamp that carries an event is emitted once, from its checkpoint.
-template <typename Model, typename Emit, typename AtCheckpoint>
-void smooth(const Ekf<Model>& ekf, const FlightData& data, const std::vector<Checkpoint<Model>>& checkpoints, Emit emit,
-            AtCheckpoint at_checkpoint, const Progress& progress = {}) {
+// emit(k, belief) at every IMU stamp from the start to the last event that is wanted(k), latest first;
+// at_checkpoint(i, belief) at each checkpoint. A stamp that carries an event is emitted once, from its checkpoint.
+template <typename Model, typename Wanted, typename Emit, typename AtCheckpoint>
+void smooth(const Ekf<Model>& ekf, const FlightData& data, const std::vector<Checkpoint<Model>>& checkpoints,
+            const Wanted& wanted, Emit emit, AtCheckpoint at_checkpoint, const Progress& progress = {}) {
   const Smoother<Model> smoother{ekf};
   Belief<Model> smoothed = checkpoints.back().updated;
   for (std::size_t i = checkpoints.size(); i-- > 0;) {
     const ImuCursor& at = checkpoints[i].cursor;
     const bool last_at_its_time = i + 1 == checkpoints.size() || checkpoints[i + 1].cursor.t_s != at.t_s;
-    if (last_at_its_time && data.imu()[at.k - 1].t_s == at.t_s) emit(at.k - 1, smoothed);
+    if (last_at_its_time && data.imu()[at.k - 1].t_s == at.t_s && wanted(at.k - 1)) emit(at.k - 1, smoothed);
     at_checkpoint(i, smoothed);
     if (i == 0) break;
     if (progress && i % (1 + checkpoints.size() / 100) == 0 && !progress(checkpoints.size() - i, checkpoints.size())) {
       throw Cancelled("cancelled");
     }
-    smoothed = smoother.interval(data.imu(), checkpoints[i - 1], at.t_s, checkpoints[i].predicted, smoothed, emit);
+    smoothed =
+        smoother.interval(data.imu(), checkpoints[i - 1], at.t_s, checkpoints[i].predicted, smoothed, wanted, emit);
   }
 }
 

@@ -24,6 +24,9 @@ struct Flight {
 // of a heading guess is given without the guess.
 Flight read_flight(const Config& config);
 
+// A record, number `index` of its log, as a fix: ECEF, on true time, with its std scaled and not below the floors of [gnss].
+GnssFix fix_from_record(const GnssRecord& r, std::size_t index, const Config& config, double latency_s, double scale);
+
 // Why a GNSS record is or is not an update of the filter.
 enum class RecordUse { update, averaged_at_rest, quality_not_accepted, outside_imu };
 

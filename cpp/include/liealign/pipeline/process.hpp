@@ -57,9 +57,19 @@ struct Solution {
   double heading_std_initial_rad = 0.0;
 };
 
-// Filter and smoother from psi* of the alignment. The heading's initial standard deviation is at least five times the
+// Where the final run begins, and with what options: from psi* of the alignment. The heading's initial standard deviation is at least five times the
 // alignment's, so that the flight, which the alignment has already used, is not counted twice (its share in the posterior
 // information is below 4 % up to a sigma of 4 deg; the first order of the error allows 20 deg at most); a typed-in prior with a smaller one is kept.
+struct RunStart {
+  FlightData data;
+  FilterOptions filter;
+  Belief<LieModel<double>> belief;
+  ImuCursor cursor;
+  double heading_std_rad = 0.0;
+};
+RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading);
+
+// Filter and smoother from run_start().
 // Throws InputError when output.start_time_s and stop_time_s leave no epoch.
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {},
                  bool keep_events = false);

@@ -18,6 +18,9 @@ struct ImuErrorSizes {
   double noise_scale = 1.0;          // of the white noise and the drift of the profile; the config says nothing of it
 };
 
+// The errors of the IMU that `config` names, with Ornstein-Uhlenbeck biases; the signs of the turn-on biases by the seed.
+ImuErrors imu_errors(const Config& config, const ImuErrorSizes& sizes, std::uint64_t seed);
+
 struct SimulatedFlight {
   Flight flight;  // its config has the lever arm and the IMU profile; file names stay empty
   Truth truth;

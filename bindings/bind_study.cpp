@@ -1,0 +1,157 @@
+// Floor 7: Monte Carlo runs of a study, their errors as numpy arrays.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string>
+#include <tuple>
+
+#include "floors.hpp"
+#include "liealign/study/monte_carlo.hpp"
+
+namespace liealign::bindings {
+namespace {
+
+constexpr std::size_t kChannels = kStudyChannels.size();
+
+double* copy(const ChannelValues& from, double* to) { return std::copy(from.begin(), from.end(), to); }
+
+void bind_case(py::module_& m) {
+  using S = StudyCase;
+  py::class_<S>(m, "StudyCase",
+                "A flight with other sensor errors in each run, and the filters that are compared on it; see "
+                "docs/studies.md.")
+      .def(py::init(&from_keywords<S>))
+      .def_readwrite("flight", &S::flight)
+      .def_readwrite("gnss", &S::gnss)
+      .def_readwrite("imu", &S::imu)
+      .def_readwrite("config", &S::config)
+      .def_readwrite("models", &S::models)
+      .def_readwrite("start", &S::start)
+      .def_readwrite("heading_error_deg", &S::heading_error_deg)
+      .def_readwrite("position_std_m", &S::position_std_m)
+      .def_readwrite("biases", &S::biases)
+      .def_readwrite("mechanization", &S::mechanization)
+      .def_readwrite("rate_hz", &S::rate_hz)
+      .def_readwrite("nees_interval_s", &S::nees_interval_s)
+      .def_readwrite("seed", &S::seed);
+}
+
+// The stages of a model in their order, and the windows of a stage.
+std::array<const StageErrors*, 2> stages(const ModelErrors& model) { return {&model.filter, &model.smoother}; }
+std::array<const ErrorSums*, 2> windows(const StageErrors& stage) { return {&stage.whole, &stage.flight}; }
+
+void put_sums(py::dict& d, const std::vector<RunErrors>& runs, py::ssize_t models) {
+  const std::vector<py::ssize_t> shape = {models, 2, 2, static_cast<py::ssize_t>(kChannels)};
+  double *squares = add_column(d, "squares", runs.size(), shape),
+         *variances = add_column(d, "variances", runs.size(), shape),
+         *largest = add_column(d, "largest", runs.size(), shape);
+  for (const RunErrors& run : runs) {
+    for (const ModelErrors& model : run.models) {
+      for (const StageErrors* stage : stages(model)) {
+        for (const ErrorSums* sums : windows(*stage)) {
+          squares = copy(sums->squares, squares);
+          variances = copy(sums->variances, variances);
+          largest = copy(sums->largest, largest);
+        }
+      }
+    }
+  }
+}
+
+// A model that failed has no epochs: nan.
+void put_epochs(py::dict& d, const std::vector<RunErrors>& runs, py::ssize_t models, std::size_t times) {
+  const auto count = static_cast<py::ssize_t>(times);
+  double *nees = add_column(d, "nees", runs.size(), {models, 2, count}),
+         *squares = add_column(d, "nees_squares", runs.size(), {models, 2, count, static_cast<py::ssize_t>(kChannels)});
+  ChannelValues absent;
+  absent.fill(std::numeric_limits<double>::quiet_NaN());
+  for (const RunErrors& run : runs) {
+    for (const ModelErrors& model : run.models) {
+      for (const StageErrors* stage : stages(model)) {
+        for (std::size_t i = 0; i < times; ++i) {
+          const bool there = i < stage->nees.size();
+          *nees++ = there ? stage->nees[i] : absent[0];
+          squares = copy(there ? stage->squares[i] : absent, squares);
+        }
+      }
+    }
+  }
+}
+
+py::dict columns(const StudyCase& study, const Truth& truth, const std::vector<RunErrors>& runs) {
+  const auto models = static_cast<py::ssize_t>(runs.empty() ? study.models.size() : runs.front().models.size());
+  py::dict d;
+  put_sums(d, runs, models);
+  put_epochs(d, runs, models, nees_times(study, truth).size());
+  const std::size_t n = runs.size();
+  double *seed = add_column(d, "seed", n), *epochs = add_column(d, "epochs", n, {2}),
+         *fixes = add_column(d, "fixes", n), *nis = add_column(d, "mean_nis", n, {models}),
+         *simulate = add_column(d, "simulate_s", n), *align = add_column(d, "align_s", n),
+         *filter = add_column(d, "filter_s", n, {models}), *smoother = add_column(d, "smoother_s", n, {models});
+  py::list failures;
+  for (std::size_t i = 0; i < n; ++i) {
+    const RunErrors& run = runs[i];
+    seed[i] = static_cast<double>(run.seed);
+    epochs[2 * i] = static_cast<double>(run.epochs);
+    epochs[2 * i + 1] = static_cast<double>(run.flight_epochs);
+    fixes[i] = static_cast<double>(run.fixes);
+    simulate[i] = run.simulate_s;
+    align[i] = run.align_s;
+    for (std::size_t j = 0; j < run.models.size(); ++j) {
+      const ModelErrors& model = run.models[j];
+      *nis++ = model.mean_nis;
+      *filter++ = model.filter_s;
+      *smoother++ = model.smoother_s;
+      if (!model.failure.empty()) failures.append(std::tuple(i, j, model.failure));
+    }
+  }
+  d["failures"] = failures;
+  return d;
+}
+
+py::dict run(const StudyCase& study, const Truth& truth, std::size_t first, std::size_t count,
+             const py::object& progress) {
+  const Progress callback = progress_from(progress);
+  std::vector<RunErrors> runs;
+  {
+    py::gil_scoped_release release;
+    runs = run_study(study, truth, first, count, callback);
+  }
+  return columns(study, truth, runs);
+}
+
+py::dict bound(const StudyCase& study, const Truth& truth) {
+  std::vector<RunErrors> runs;
+  {
+    py::gil_scoped_release release;
+    runs.push_back(study_bound(study, truth));
+  }
+  return columns(study, truth, runs);
+}
+
+}  // namespace
+
+void bind_study(py::module_& m) {
+  bind_case(m);
+  py::class_<Truth>(m, "Truth", "The true states of a flight and its perfect IMU; made by study_truth.");
+  py::list channels;
+  for (const char* name : kStudyChannels) channels.append(name);
+  m.attr("STUDY_CHANNELS") = py::tuple(channels);
+
+  m.def("study_truth", &study_truth, py::arg("study"), py::call_guard<py::gil_scoped_release>(),
+        "The truth that all runs of the case share.\n\nRaises Error for a field out of range.");
+  m.def("nees_times", &nees_times, py::arg("study"), py::arg("truth"), "Times that NEES is taken at [s].");
+  m.def(
+      "run_study", &run, py::arg("study"), py::arg("truth"), py::arg("first"), py::arg("count"),
+      py::arg("progress") = py::none(),
+      "Runs first to first + count - 1 of the case. Arrays by name, one row per run:\n\n"
+      "squares, variances, largest (n, models, 2, 2, channels): sums over the epochs, by filter and smoother, then by "
+      "whole run and flight;\n"
+      "nees (n, models, 2, times), nees_squares (n, models, 2, times, channels); epochs (n, 2); seed, fixes (n,);\n"
+      "mean_nis, filter_s, smoother_s (n, models); simulate_s, align_s (n,); failures: a list of (row, model, "
+      "text).\n\n"
+      "progress(done, total) is called now and then; returning False raises Cancelled. Raises Error.");
+  m.def("study_bound", &bound, py::arg("study"), py::arg("truth"),
+        "The same arrays of one run of the Lie model without sensor errors: its variances are the bound.");
+}
+
+}  // namespace liealign::bindings

@@ -1,0 +1,159 @@
+// One run of a case: sensors and start.
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/study/study_case.hpp"
+
+#include <cmath>
+
+#include "liealign/core/error.hpp"
+#include "liealign/core/units.hpp"
+#include "liealign/earth/geodesy.hpp"
+#include "liealign/pipeline/clock.hpp"
+#include "liealign/pipeline/process.hpp"
+#include "liealign/pipeline/settings.hpp"
+#include "stopwatch.hpp"
+
+namespace liealign {
+namespace {
+
+// Streams of the seed; the others are in simulate/ and pipeline/.
+enum StudyStream : std::uint64_t { kInitialError = 201 };
+
+void require_word(const char* name, const std::string& word, const char* one, const char* other) {
+  if (word == one || word == other) return;
+  throw Error(std::string("study: ") + name + " is \"" + word + "\"; expected \"" + one + "\" or \"" + other + "\"");
+}
+
+void check(const StudyCase& s) {
+  require_word("start", s.start, "aligned", "drawn");
+  require_word("biases", s.biases, "ornstein_uhlenbeck", "random_walk");
+  require_word("mechanization", s.mechanization, "exact", "paper");
+  const auto positive = [](const char* name, double value) {
+    if (value > 0.0 && std::isfinite(value)) return;
+    throw Error(std::string("study: ") + name + " is " + std::to_string(value) + "; expected a finite number above 0");
+  };
+  positive("rate_hz", s.rate_hz);
+  positive("nees_interval_s", s.nees_interval_s);
+  positive("position_std_m", s.position_std_m);
+  if (s.models.empty()) throw Error("study: models is empty; expected some of \"lie\", \"mekf\", \"euler\"");
+  for (const std::string& model : s.models) {
+    if (model != "lie" && model != "mekf" && model != "euler")
+      throw Error("study: models has \"" + model + "\"; expected some of \"lie\", \"mekf\", \"euler\"");
+  }
+  if (s.heading_error_deg && s.start != "drawn")
+    throw Error("study: heading_error_deg is given and start is \"aligned\"; it belongs to start = \"drawn\"");
+  if (s.start == "aligned" && s.biases == "random_walk")
+    throw Error("study: biases = \"random_walk\" goes with start = \"drawn\", whose P_0 the first bias is drawn from");
+  if (s.mechanization == "paper" && s.flight.oversample != 1)
+    throw Error("study: mechanization = \"paper\" is its own truth with oversample = 1 only, and oversample is " +
+                std::to_string(s.flight.oversample));
+  if (s.start == "aligned" && s.flight.oversample == 1)
+    throw Error(
+        "study: start = \"aligned\" takes the IMU as a log of means; expected an oversample above 1, such as 4");
+}
+
+// X_true = X_hat exp(eps), and the biases of the truth where they are drawn.
+struct Drawn {
+  Vector<double, 15> eps;
+  LieModel<double>::Covariance P_0;
+};
+
+Drawn draw(const StudyCase& study, const SE23<double>& X_true, std::uint64_t seed) {
+  const InitialStd std = initial_std(study.config);
+  const double heading_std = study.config.initial.heading_std_deg * kDegToRad;
+  const Matrix3d C_b_n = C_n_e(X_true.p).transpose() * X_true.C;
+  const Vector3d attitude_std(std.roll_pitch_rad, std.roll_pitch_rad, heading_std);
+  Vector<double, 15> sigma;
+  sigma << attitude_std, Vector3d::Constant(std.velocity_mps), Vector3d::Constant(study.position_std_m),
+      Vector3d::Constant(std.accel_bias_mps2), Vector3d::Constant(std.gyro_bias_rps);
+  Random random(seed, kInitialError);
+  Vector<double, 15> unit;
+  for (int i = 0; i < 15; ++i) unit[i] = random.normal();
+  Drawn drawn{sigma.cwiseProduct(unit), sigma.cwiseAbs2().asDiagonal()};
+  if (study.heading_error_deg)
+    drawn.eps[kPhi + 2] = std::copysign(*study.heading_error_deg * kDegToRad, unit[kPhi + 2]);
+  // The attitude's are about north, east and down; its error is in body axes.
+  drawn.eps.head<3>() = (C_b_n.transpose() * drawn.eps.head<3>()).eval();
+  drawn.P_0.topLeftCorner<3, 3>() = (C_b_n.transpose() * attitude_std.cwiseAbs2().asDiagonal() * C_b_n).eval();
+  return drawn;
+}
+
+StudySensors sense(const StudyCase& study, const Truth& truth, const Drawn& drawn, std::uint64_t seed, bool perfect) {
+  StudySensors sensors;
+  if (perfect) {
+    sensors.imu = truth.imu;
+    sensors.b_a = sensors.b_g = std::vector<Vector3d>(truth.imu.size(), Vector3d::Zero());
+    GnssErrors none = study.gnss;
+    none.std_ned_m = none.velocity_std_ned = Vector3d::Zero();
+    none.outlier_probability = 0.0;
+    sensors.gnss = simulate_gnss(truth, none, seed);
+    for (GnssRecord& record : sensors.gnss) {
+      record.P_n_m2 = study.gnss.std_ned_m.cwiseAbs2().asDiagonal();
+      record.std_v_n_mps = study.gnss.velocity_std_ned;
+    }
+    return sensors;
+  }
+  ImuErrors errors = imu_errors(study.config, study.imu, seed);
+  if (study.biases == "random_walk") {
+    errors.ornstein_uhlenbeck = false;
+    errors.b_a_turn_on = drawn.eps.segment<3>(kBa);
+    errors.b_g_turn_on = drawn.eps.segment<3>(kBg);
+  }
+  SimulatedImu imu = add_imu_errors(truth.imu, errors, seed);
+  sensors = {std::move(imu.log), simulate_gnss(truth, study.gnss, seed), std::move(imu.b_a), std::move(imu.b_g)};
+  return sensors;
+}
+
+StudyStart drawn_start(const StudyCase& study, const Config& config, const Truth& truth, const Drawn& drawn,
+                       const StudySensors& sensors) {
+  StudyStart start;
+  // One step of the truth per sample: the samples are what the mechanization takes, and no log of means.
+  ImuSeries imu = sensors.imu;
+  if (study.flight.oversample > 1)
+    imu = prepare_imu(std::move(imu), ImuSampleKind::mean, Matrix3d::Identity(), config.imu.max_gap_s).samples;
+  start.data.samples = std::make_shared<const ImuSeries>(std::move(imu));
+  start.data.l_ba_b = study.gnss.l_ba_b;
+  for (std::size_t i = 0; i < sensors.gnss.size(); ++i)
+    start.data.fixes.push_back(fix_from_record(sensors.gnss[i], i, config, study.gnss.latency_s, 1.0));
+  merge_events(start.data);
+  start.filter = filter_options(config);
+  const NavState<double> error = NavState<double>::exp(drawn.eps);
+  start.belief = {NavState<double>{truth.epochs.front().X, {}} * error.inverse(), drawn.P_0};
+  start.belief.X.second.x.setZero();
+  start.cursor = cursor_at(start.data.imu(), start.data.imu().front().t_s);
+  return start;
+}
+
+StudyStart aligned_start(const Config& config, const StudySensors& sensors) {
+  const PreparedFlight flight = prepare_flight({config, sensors.imu, sensors.gnss, {}});
+  HeadingSearch search(heading_search_options(flight));
+  while (!search.done()) search.tell(evaluate_candidates(flight.problem, search.ask()));
+  RunStart run = run_start(flight, with_clock_of_flight(flight, search.result()));
+  return {std::move(run.data), run.filter, run.belief, run.cursor};
+}
+
+}  // namespace
+
+Truth study_truth(const StudyCase& study) {
+  check(study);
+  return drone_truth(study.flight, study.mechanization == "paper" ? Mechanization::paper : Mechanization::exact,
+                     GravityModel::normal);
+}
+
+StudyRun study_run(const StudyCase& study, const Truth& truth, std::uint64_t seed, bool perfect) {
+  check(study);
+  Config config = study.config;
+  config.gnss.lever_arm_b_m = {study.gnss.l_ba_b.x(), study.gnss.l_ba_b.y(), study.gnss.l_ba_b.z()};
+  StudyRun run;
+  const Stopwatch begin;
+  Drawn drawn = draw(study, truth.epochs.front().X, seed);
+  if (perfect) drawn.eps.setZero();
+  run.sensors = sense(study, truth, drawn, seed, perfect);
+  run.simulate_s = begin.seconds();
+  const Stopwatch sensed;
+  run.start = study.start == "aligned" ? aligned_start(config, run.sensors)
+                                       : drawn_start(study, config, truth, drawn, run.sensors);
+  run.align_s = sensed.seconds();
+  return run;
+}
+
+}  // namespace liealign
