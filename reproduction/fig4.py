@@ -1,13 +1,15 @@
-"""Fig. 4 of both papers: the negative log posterior over candidate headings, and the parabola through three of them."""
+"""Fig. 4 of both papers: the cost over candidate headings, and the parabola through three of them."""
 
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import liealign
 import numpy as np
+
 from flights import GIVEN, Array, scenario_flight, simulated, wrap_deg
 from paper_fit import (
     P0_HEADING_STD_DEG,
@@ -123,7 +125,9 @@ def draw_final(ax: Any, found: Found) -> None:
     if sigma is not None:
         ax.axvspan(a.heading_deg - sigma, a.heading_deg + sigma, color="C0", alpha=0.15, lw=0)
     ax.set(xlabel="candidate heading [deg]", ylabel=r"$-\log p(\psi_0|y)$ + const")
-    ax.set_title(f"liealign, after its last step\n{a.heading_deg:.3f} ± {sigma or 0.0:.3f} deg, error {-true:+.3f}")
+    ax.set_title(
+        f"liealign, after its last step\n{a.heading_deg:.3f} ± {sigma or 0.0:.3f} deg, error {-true:+.3f}"
+    )
 
 
 def draw(found: tuple[Found, Found], quick: bool) -> str:
@@ -158,7 +162,13 @@ def rows_of(found: Found) -> list[list[str]]:
         rows.append([f"{setting.paper}, {what}", triple, f"{p.heading_deg:.3f}", error, number(p.sigma_deg)])
     error = f"{wrap_deg(a.heading_deg - found.true_deg):+.3f}"
     rows.append(
-        [f"{setting.paper}, `align_heading`", "none", f"{a.heading_deg:.3f}", error, number(a.heading_std_deg)]
+        [
+            f"{setting.paper}, `align_heading`",
+            "none",
+            f"{a.heading_deg:.3f}",
+            error,
+            number(a.heading_std_deg),
+        ]
     )
     return rows
 
@@ -191,27 +201,36 @@ def experiment(quick: bool, jobs: int) -> Section:
     head = ("", "filters from [deg]", "heading [deg]", "error [deg]", "sigma [deg]")
     narrow, wide = drones.parabolas["conditional"], drones.parabolas["p0"]
     ours = drones.alignment
+    apart_deg = [wrap_deg(h - ours.heading_deg) for h in ours.triple_heading_deg]
+    spacing = (max(apart_deg) - min(apart_deg)) / 2.0 / (ours.heading_std_deg or math.nan)
     share = numbers["drones"]["sinusoid_share_of_cost"]
     text = f"""\
-**The papers.** TAES Fig. 4: filters from −30, 0 and 30 deg on a real flight; the parabola through their costs is lowest at
-3.72 deg, near the curve of a grid from −60 to 60 deg in steps of 5. DRONES Fig. 4: filters from −6, 6 and 18 deg, 60 headings
-around the circle, minimum 4.38 deg; "note the remarkable precise sinusoidal profile". DRONES 2.3 ranks candidates by the
-RMS of their innovations as well (P_RMS; its root is missing in print). Neither states the true heading or a sigma.
+**The papers.** TAES Fig. 4: filters from −30, 0 and 30 deg on a real flight; the parabola through their costs
+is lowest at 3.72 deg, near the curve of a grid from −60 to 60 deg in steps of 5. DRONES Fig. 4: filters from
+−6, 6 and 18 deg, 60 headings around the circle, minimum 4.38 deg; "note the remarkable precise sinusoidal
+profile". DRONES 2.3 ranks candidates by the RMS of their innovations as well (P_RMS; its root is missing in
+print). Neither states the true heading or a sigma.
 
-**Here.** The {SCENARIO} flight of Fig. 8 (5 minutes, seed {SEED}) parked at 3.72 and at 4.38 deg; the same grids and the same three
-filters; prior N(0, ({PRIOR_STD_DEG:g} deg)²); latency and scales given. The upper row of the figure starts the filters with
-the heading sigma of P_0 (5/3 deg), the lower one with none, so that the cost is conditional on the candidate heading.
+**Here.** The {SCENARIO} flight of Fig. 8 (5 minutes, seed {SEED}) parked at 3.72 and at 4.38 deg; the same
+grids and the same three filters; prior N(0, ({PRIOR_STD_DEG:g} deg)²); latency and scales given. The upper
+row of the figure starts the filters with the heading sigma of P_0 (5/3 deg), the lower one with none, so that
+the cost is conditional on the candidate heading.
 
 {markdown_table(head, rows_of(taes) + rows_of(drones))}
 {picture(draw((taes, drones), quick), "Negative log posterior over the candidate heading")}
-**What it shows.** Both figures come out as printed: the parabola lies on the curve near its minimum, and their minima nearly
-coincide. The sinusoid belongs to the conditional filters: the best one has {percent(share)} % of the variance of their cost,
-near, not precise, on this flight. With P_0's sigma the curve spans five decades and is none. On this flight one parabola from conditional filters 12 deg apart is off by
-{number(abs(narrow.heading_deg - drones.true_deg))} deg, {number(abs(narrow.heading_deg - drones.true_deg) / narrow.sigma_deg, 2)} of
-its sigmas, because a sinusoid is no parabola so far out; with P_0's sigma the parabola is off by
-{number(abs(wide.heading_deg - drones.true_deg))} deg and its own sigma of {number(wide.sigma_deg)} deg is that of P_0. The search of
-liealign goes on until its three candidates are two sigmas apart ({ours.evaluations} candidate filters, the circle
-included) and then states {number(ours.heading_std_deg)} deg. P_RMS is lowest at the same grid heading as the cost
-({numbers["drones"]["lowest_p_rms_at_deg"]:g} deg), but says nothing of the sigma.
+**What it shows.** Both figures come out as printed: the parabola lies on the curve near its minimum, and
+their minima nearly coincide. The sinusoid belongs to the conditional filters: the best one has
+{percent(share)} % of the variance of their cost, near, not precise, on this flight. With P_0's sigma the
+curve spans five decades and is none. On this flight one parabola from conditional filters 12 deg apart is off
+by {number(abs(narrow.heading_deg - drones.true_deg))} deg,
+{number(abs(narrow.heading_deg - drones.true_deg) / narrow.sigma_deg, 2)} of its sigmas, because a sinusoid is
+no parabola so far out; with P_0's sigma the parabola is off by
+{number(abs(wide.heading_deg - drones.true_deg))} deg and its own sigma of {number(wide.sigma_deg)} deg is
+that of P_0. The search of liealign goes on until its three candidates are {number(spacing, 2)} sigmas apart
+({ours.evaluations} candidate filters, the circle included) and then states {number(ours.heading_std_deg)}
+deg. P_RMS is lowest at the same grid heading as the cost ({numbers["drones"]["lowest_p_rms_at_deg"]:g} deg),
+but says nothing of the sigma.
 """
-    return Section("fig4", "Fig. 4 of both papers: the cost over the heading", text, numbers, figures=("fig4.png",))
+    return Section(
+        "fig4", "Fig. 4 of both papers: the cost over the heading", text, numbers, figures=("fig4.png",)
+    )

@@ -8,7 +8,17 @@ from typing import Any
 
 import liealign
 import numpy as np
-from flights import GIVEN, SCENARIO_TEXT, SCENARIOS, Aligned, alignment_figures, scenario_flight, simulated, wrap_deg
+
+from flights import (
+    GIVEN,
+    SCENARIO_TEXT,
+    SCENARIOS,
+    Aligned,
+    alignment_figures,
+    scenario_flight,
+    simulated,
+    wrap_deg,
+)
 from paper_fit import P0_HEADING_STD_DEG, PRIOR_STD_DEG, curve, fit, prepared_for_paper
 from section import Json, Section, mapped, markdown_table, number, percent, picture, save_figure, subplots
 
@@ -45,9 +55,7 @@ def run(job: Job) -> Trial:
     guessed = Aligned.of(flight, liealign.align_heading(told))
     prepared = prepared_for_paper(flight.flight)
     true_deg = flight.heading_deg_at(prepared.t_start_s)
-    paper, conditional = (
-        one_parabola(prepared, std_deg, true_deg) for std_deg in (P0_HEADING_STD_DEG, 0.0)
-    )
+    paper, conditional = (one_parabola(prepared, std_deg, true_deg) for std_deg in (P0_HEADING_STD_DEG, 0.0))
     return Trial(job, free, guessed, paper, conditional)
 
 
@@ -64,7 +72,9 @@ def jobs_of(quick: bool) -> list[Job]:
     circle = np.arange(0.0, 360.0, 60.0 if quick else 5.0)
     todo = [(s, float(h), True) for s in SCENARIOS for h in near]
     todo += [(s, float(h), False) for s in SCENARIOS for h in circle]
-    return [Job(scenario, heading, seed, near) for seed, (scenario, heading, near) in enumerate(todo, start=1)]
+    return [
+        Job(scenario, heading, seed, near) for seed, (scenario, heading, near) in enumerate(todo, start=1)
+    ]
 
 
 def draw(trials: list[Trial], quick: bool) -> str:
@@ -89,10 +99,14 @@ def draw(trials: list[Trial], quick: bool) -> str:
             label=name,
         )
     left.axhline(2.0, color="0.3", lw=1, ls="--")
-    left.annotate("the paper's bound", (0.0, 2.0), (0, 3), textcoords="offset points", ha="center", fontsize=7)
+    left.annotate(
+        "the paper's bound", (0.0, 2.0), (0, 3), textcoords="offset points", ha="center", fontsize=7
+    )
     left.plot([], [], "x", color="0.3", label="one parabola, as printed")
     left.plot([], [], "o", color="0.3", label="liealign, guess 0 ± 20 deg")
-    left.set(xlabel="true heading [deg]", ylabel="size of the heading error [deg]", yscale="log", ylim=(1e-4, 100))
+    left.set(
+        xlabel="true heading [deg]", ylabel="size of the heading error [deg]", yscale="log", ylim=(1e-4, 100)
+    )
     left.legend(loc="upper left")
     right.axhline(0.0, color="0.3", lw=0.8)
     right.set(xlabel="true heading [deg]", ylabel="heading error, one sigma [deg]", xticks=range(0, 361, 45))
@@ -149,25 +163,29 @@ def experiment(quick: bool, jobs: int) -> Section:
     guessed = numbers["guess_within_20_deg"]["all"]
     shape = numbers["conditional_parabola_within_20_deg"]["all"]
     text = f"""\
-**The paper.** "An error less than 2° when the true heading is between −20° and +20°", on synthetic data, with the guess 0
-(TAES V-C, Fig. 8). The flights behind the figure are not described.
+**The paper.** "An error less than 2° when the true heading is between −20° and +20°", on synthetic data, with
+the guess 0 (TAES V-C, Fig. 8). The flights behind the figure are not described.
 
-**Here.** Each scenario with true headings from −20 to 20 deg in steps of {10 if quick else 2}, then around the circle in steps
-of {60 if quick else 5} ({SCENARIO_TEXT}). Every flight has a seed of its own, 1 to {len(todo)} in the order of the table. Latency and
-scales given. *One parabola as printed* is TAES (30)-(31) to the letter: filters from −30, 0 and 30 deg with the heading
-sigma of P_0 (5/3 deg), no outlier test, prior N(0, ({PRIOR_STD_DEG:g} deg)²), no iteration; *heading sigma 0* differs from it in
-that one number. The other rows are `align_heading`. *n* counts flights.
+**Here.** Each scenario with true headings from −20 to 20 deg in steps of {10 if quick else 2}, then around
+the circle in steps of {60 if quick else 5} ({SCENARIO_TEXT}). Every flight has a seed of its own, 1 to
+{len(todo)} in the order of the table. Latency and scales given. *One parabola as printed* is TAES (30)-(31)
+to the letter: filters from −30, 0 and 30 deg with the heading sigma of P_0 (5/3 deg), no outlier test, prior
+N(0, ({PRIOR_STD_DEG:g} deg)²), no iteration; *heading sigma 0* differs from it in that one number. The other
+rows are `align_heading`. *n* counts flights.
 
 {markdown_table(_HEAD, [row for rows, _ in parts.values() for row in rows])}
 {picture(draw(trials, quick), "Heading error against true heading")}
-**What it shows.** As printed, the method keeps the paper's bound here too: at most {number(paper["max_deg"])} deg.
-What is left has two reasons. Three points 30 deg apart see a curve that is no parabola: filters without heading variance at
-the start have this error alone ({number(shape["rms_deg"])} deg rms, {number(shape["rms_deg"] / shape["sigma_rms_deg"], 2)} times
-their stated sigma). And with P_0 every filter turns itself to the true heading as it flies, which flattens the curve: its sigma of
-{number(paper["sigma_rms_deg"])} deg is that of P_0, not of the data (see Fig. 4 below). Iterated, and on candidates that are
-conditional on their heading, the same idea gives {number(guessed["rms_deg"])} deg rms with the guess, and from any heading without one
-{number(free["rms_deg"])} deg rms and {number(free["max_deg"])} deg at most; the stated 95 % intervals have the truth in
-{percent(free["in_95_interval"])} % of the {free["flights"]} flights of the circle. The true heading makes no difference, as it must be.
+**What it shows.** As printed, the method keeps the paper's bound here too: at most {number(paper["max_deg"])}
+deg. What is left has two reasons. Three points 30 deg apart see a curve that is no parabola: filters without
+heading variance at the start have this error alone ({number(shape["rms_deg"])} deg rms,
+{number(shape["rms_deg"] / shape["sigma_rms_deg"], 2)} times their stated sigma). And with P_0 every filter
+turns itself to the true heading as it flies, which flattens the curve: its sigma of
+{number(paper["sigma_rms_deg"])} deg is that of P_0, not of the data (see Fig. 4 below). Iterated, and on
+candidates that are conditional on their heading, the same idea gives {number(guessed["rms_deg"])} deg rms
+with the guess, and from any heading without one {number(free["rms_deg"])} deg rms and
+{number(free["max_deg"])} deg at most; the stated 95 % intervals have the truth in
+{percent(free["in_95_interval"])} % of the {free["flights"]} flights of the circle. The true heading makes no
+difference, as it must be.
 """
     return Section(
         "fig8", "TAES Fig. 8: heading error against true heading", text, numbers, figures=("fig8.png",)

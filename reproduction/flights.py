@@ -10,7 +10,7 @@ from typing import Any
 
 import liealign
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -27,8 +27,8 @@ SCENARIOS: dict[str, Json] = {
     "circular": {"kind": "circles", "circle_radius_m": 25.0},
 }
 SCENARIO_TEXT = (
-    "5 minutes with 20 s parked before and after, 6 m/s, 40 m above the pad, nose 40 deg off the course: circles of 25 m "
-    "radius climbing at 0.5 m/s, rectangles of 80 m by 50 m, level circles of 25 m radius"
+    "5 minutes with 20 s parked before and after, 6 m/s, 40 m above the pad, nose 40 deg off the course: "
+    "circles of 25 m radius climbing at 0.5 m/s, rectangles of 80 m by 50 m, level circles of 25 m radius"
 )
 
 
@@ -40,6 +40,7 @@ def scenario_flight(name: str, heading_deg: float, seed: int) -> liealign.DroneF
         duration_s=300.0,
         parked_before_s=PARKED_S,
         parked_after_s=PARKED_S,
+        max_tilt_deg=45.0,
         oversample=OVERSAMPLE,
         seed=seed,
     )
@@ -73,9 +74,9 @@ def covers(interval_deg: list[float] | None, heading_deg: float) -> bool:
     return (heading_deg - low) % 360.0 <= width
 
 
-def rms(values: ArrayLike | Iterable[float]) -> float:
+def rms(values: Array | Iterable[float]) -> float:
     """Root mean square; nan for none."""
-    array = np.asarray(values if hasattr(values, "__len__") else list(values), dtype=np.float64)
+    array = values if isinstance(values, np.ndarray) else np.array(list(values), dtype=np.float64)
     return math.sqrt(float(np.mean(array**2))) if array.size else math.nan
 
 
@@ -116,7 +117,7 @@ def alignment_figures(trials: list[Aligned]) -> Json:
 
 @dataclass(frozen=True)
 class Errors:
-    """A trajectory against the truth in a window of time: rows of epochs, position and attitude with sigmas."""
+    """A trajectory against the truth in a window of time; (n, 3) each, one sigma in std_."""
 
     time_s: Array
     p_n_m: Array  # (n, 3) NED
@@ -125,9 +126,7 @@ class Errors:
     std_rpy_deg: Array
 
     @classmethod
-    def of(
-        cls, truth: Any, found: liealign.Trajectory, window_s: tuple[float, float]
-    ) -> Errors:
+    def of(cls, truth: Any, found: liealign.Trajectory, window_s: tuple[float, float]) -> Errors:
         """At the epochs of the trajectory inside the window."""
         compared = liealign.compare(truth, found, from_s=window_s[0], to_s=window_s[1])
         rows = np.searchsorted(found.time_s, compared.time_s)

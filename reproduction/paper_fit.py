@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import liealign
 import numpy as np
+
 from flights import Array
 
 PRIOR_STD_DEG = 20.0
@@ -32,7 +33,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Parabola:
-    """Through three points: where it is lowest, one sigma of exp(-phi) (nan: no minimum), and its coefficients."""
+    """Through three points: where it is lowest, and one sigma of exp(-phi) (nan: no minimum)."""
 
     heading_deg: float
     sigma_deg: float

@@ -1,6 +1,6 @@
 """Runs the experiments of the two papers and writes docs/reproduction.md with its figures and numbers.
 
-Each section is kept under build/reproduction/, so that one of them can be made again alone; the page is always put together
+Each section is kept under build/reproduction/, so that one can be made again alone; the page is always put together
 from all that are there.
 
 Usage: python reproduction/run.py [--only NAME ...] [--quick] [--jobs 2] [--output docs]
@@ -18,15 +18,23 @@ import sys
 import time
 from pathlib import Path
 
-# Flights go to processes of their own; a second level of threads would only be in the way.
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
 import liealign
 import numpy as np
+
 from section import FIGURES, HERE, ROOT, Json, Section, cache_folder, markdown_table, write_json
 
 # In the order of the page; each is a module with experiment(quick, jobs) -> Section.
-EXPERIMENTS = ("tables", "fig8", "fig4", "fig5", "outliers", "dinsar")
+EXPERIMENTS = (
+    "tables",
+    "order",
+    "consistency",
+    "mechanization",
+    "fig8",
+    "fig4",
+    "fig5",
+    "outliers",
+    "dinsar",
+)
 
 
 def make(name: str, quick: bool, jobs: int) -> Section:
@@ -57,17 +65,19 @@ def page(sections: list[Section], tables: bool, jobs: int) -> str:
         ([f"[{s.title}](#{s.name})", duration(s.seconds)] for s in sections),
     )
     parts = [
-        f'<a id="{s.name}"></a>\n\n## {s.title}\n\n{s.text.strip()}\n\nMade by `{s.command}`.\n' for s in sections
+        f'<a id="{s.name}"></a>\n\n## {s.title}\n\n{s.text.strip()}\n\nMade by `{s.command}`.\n'
+        for s in sections
     ]
+    cores, link = len(os.sched_getaffinity(0)), f"[tables.json]({FIGURES}/tables.json)"
     return (
         (HERE / "page.md")
         .read_text(encoding="utf-8")
         .format(
             version=liealign.__version__,
             numpy=np.__version__,
-            machine=f"{len(os.sched_getaffinity(0))} cores ({jobs} processes), Python {platform.python_version()}",
+            machine=f"{cores} cores ({jobs} processes), Python {platform.python_version()}",
             folder=FIGURES,
-            tables=f", those of TAES Tables II and III also in [tables.json]({FIGURES}/tables.json)" if tables else "",
+            tables=f", those of TAES Tables II and III also in {link}" if tables else "",
             contents=contents,
             sections="\n".join(parts).rstrip(),
         )
@@ -93,9 +103,15 @@ def write_page(sections: list[Section], output: Path, quick: bool, jobs: int) ->
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="The experiments of the papers on simulated flights.")
     parser.add_argument(
-        "--only", action="append", choices=EXPERIMENTS, metavar="NAME", help=f"again for more: {', '.join(EXPERIMENTS)}"
+        "--only",
+        action="append",
+        choices=EXPERIMENTS,
+        metavar="NAME",
+        help=f"again for more: {', '.join(EXPERIMENTS)}",
     )
-    parser.add_argument("--quick", action="store_true", help="few flights, to try it; kept apart from the others")
+    parser.add_argument(
+        "--quick", action="store_true", help="few flights, to try it; kept apart from the others"
+    )
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="processes")
     parser.add_argument(
         "--output", type=Path, help="default: docs/; with --quick build/reproduction/quick/page/"

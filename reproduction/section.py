@@ -35,8 +35,8 @@ Result = TypeVar("Result")
 class Section:
     """One section of the page.
 
-    `text` is Markdown below the title, its pictures made by picture(); `numbers` goes to numbers.json under `name`,
-    `tables` is merged into tables.json. `figures` are names of files that save_figure() has written.
+    `text` is Markdown below the title, its pictures made by picture(); `numbers` goes to numbers.json under
+    `name`, `tables` is merged into tables.json. `figures` are names of files that save_figure() has written.
     """
 
     name: str
@@ -50,7 +50,9 @@ class Section:
 
     def completed(self, seconds: float, quick: bool) -> Section:
         """With the time taken, the command that makes it again, and no number that JSON does not know."""
-        command = self.command or f"python reproduction/run.py --only {self.name}{' --quick' if quick else ''}"
+        command = (
+            self.command or f"python reproduction/run.py --only {self.name}{' --quick' if quick else ''}"
+        )
         return dataclasses.replace(
             self,
             text=wrapped(self.text),
@@ -123,9 +125,10 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def wrapped(text: str) -> str:
     """With its paragraphs in lines of 110; tables, lists and pictures as they are."""
-    blocks = text.strip().split("\n\n")
+    blocks = [block.strip("\n") for block in text.strip().split("\n\n")]
     return "\n\n".join(
-        block if block.startswith(("|", "!", "-", "<", "#", "`"))
+        block
+        if block.startswith(("|", "!", "- ", "* ", "<", "#", "```"))
         else textwrap.fill(block, 110, break_long_words=False, break_on_hyphens=False)
         for block in blocks
     )
@@ -138,7 +141,7 @@ def picture(name: str, what: str) -> str:
 
 # ---- Figures -------------------------------------------------------------------------------------
 
-_STYLE: Json = {
+_STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.titlesize": 8,
     "axes.labelsize": 8,
@@ -181,13 +184,17 @@ def save_figure(figure: Figure, name: str, quick: bool) -> str:
 # ---- Processes -----------------------------------------------------------------------------------
 
 
-def mapped(
-    function: Callable[[Argument], Result], jobs: int, arguments: Iterable[Argument]
-) -> list[Result]:
+def mapped(function: Callable[[Argument], Result], jobs: int, arguments: Iterable[Argument]) -> list[Result]:
     """function(argument) of each, in their order, in so many processes of one thread."""
-    os.environ["OMP_NUM_THREADS"] = "1"  # what the processes begin with
     todo = list(arguments)
     if jobs <= 1 or len(todo) <= 1:
         return [function(argument) for argument in todo]
-    with ProcessPoolExecutor(min(jobs, len(todo)), mp_context=get_context("spawn")) as pool:
-        return list(pool.map(function, todo, chunksize=max(1, len(todo) // (8 * jobs))))
+    before = os.environ.get("OMP_NUM_THREADS")
+    os.environ["OMP_NUM_THREADS"] = "1"  # what the processes begin with
+    try:
+        with ProcessPoolExecutor(min(jobs, len(todo)), mp_context=get_context("spawn")) as pool:
+            return list(pool.map(function, todo, chunksize=max(1, len(todo) // (8 * jobs))))
+    finally:
+        os.environ.pop("OMP_NUM_THREADS")
+        if before is not None:
+            os.environ["OMP_NUM_THREADS"] = before

@@ -256,6 +256,22 @@ TEST(IntervalSmoother, gives_what_the_filter_and_the_smoother_sample_by_sample_g
     expect_close(solution.smoothed[i], b);
     expect_close(solution.filtered[i], kept.filtered[i].second);
   }
+
+  // Steps from one wanted sample to the next: the same where they end, and nothing elsewhere.
+  std::size_t seen = 0;
+  const auto every_seventh = [](std::size_t k) { return k % 7 == 0; };
+  smooth(
+      Ekf<Model>{options.dynamics, true}, data, kept.checkpoints, every_seventh,
+      [&](std::size_t k, const Belief<Model>& b) {
+        const auto dense = std::find_if(smoothed.begin(), smoothed.end(), [&](const auto& s) { return s.first == k; });
+        ASSERT_NE(dense, smoothed.end());
+        ASSERT_TRUE(every_seventh(k));
+        expect_close(epoch_of(data.imu()[k].t_s, b), dense->second);
+        ++seen;
+      },
+      [](std::size_t, const Belief<Model>&) {});
+  EXPECT_EQ(seen, static_cast<std::size_t>(std::count_if(smoothed.begin(), smoothed.end(),
+                                                         [&](const auto& s) { return every_seventh(s.first); })));
 }
 
 TEST(Parts, are_taken_in_order_each_after_its_make) {

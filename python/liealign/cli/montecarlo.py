@@ -15,27 +15,36 @@ from liealign.cli.work import check_folder, exit_codes
 from liealign.progress import ProgressBar
 from liealign.study import CHANNELS, STAGES, ScenarioResult, read_study, run_study, study_json, write_study
 
-_MODEL_NAMES = {"filter": {"lie": "LIE-EKF", "mekf": "MEKF", "euler": "EULER-EKF"},
-                "smoother": {"lie": "LIE-EKS", "mekf": "MEKS", "euler": "EULER-EKS"}}
+_MODEL_NAMES: dict[str, dict[str, str]] = {
+    "filter": {"lie": "LIE-EKF", "mekf": "MEKF", "euler": "EULER-EKF"},
+    "smoother": {"lie": "LIE-EKS", "mekf": "MEKS", "euler": "EULER-EKS"},
+}
 
 
 def montecarlo(
-    toml: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="What is flown, with which sensors and filters.")],
+    toml: Annotated[
+        Path, typer.Argument(metavar="STUDY.toml", help="What is flown, with which sensors and filters.")
+    ],
     runs: Annotated[
-        str | None, typer.Option("-n", "--runs", metavar="N", help="Runs of each scenario, instead of study.runs.")
+        str | None,
+        typer.Option("-n", "--runs", metavar="N", help="Runs of each scenario, instead of study.runs."),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="OUT", help="Folder for montecarlo.json, runs.csv and nees.csv."),
+        typer.Option(
+            "--output", "-o", metavar="OUT", help="Folder for montecarlo.json, runs.csv and nees.csv."
+        ),
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option("--scheduler", metavar="ADDRESS", help="Make the runs on the Dask cluster of this scheduler."),
+        typer.Option(
+            "--scheduler", metavar="ADDRESS", help="Make the runs on the Dask cluster of this scheduler."
+        ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print montecarlo.json on stdout.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate the flights of STUDY.toml many times; show the errors of each filter and smoother and their limits."""
+    """Simulate the flights of STUDY.toml many times; show the errors of the filters and their limits."""
     with exit_codes():
         study = read_study(toml)
         count = _count(runs, study.runs)
@@ -80,13 +89,13 @@ def _print(result: ScenarioResult) -> None:
                 name, unit = "gyro_bias", "deg/h"
             row = [f"{value:.5g}" for value in (*rmse[:, c], limit[c])]
             table.add_row(f"{name.replace('_', ' ')}, {unit.replace('mps', 'm/s')}", *row)
-        nees = [result.nees(stage, model).mean for model in result.models]
-        table.add_row("NEES, 15 expected", *(f"{mean:.2f}" for mean in nees), "")
+        nees = [f"{result.nees(stage, model).mean:.2f}" for model in result.models]
+        table.add_row("NEES, 15 expected", *nees, "")
         console.print_table(table)
-    low, high = result.nis(result.models[0])[2:]
+    band = result.nis(result.models[0])
     nis = ", ".join(f"{_MODEL_NAMES['filter'][m]} {result.nis(m).mean:.3f}" for m in result.models)
-    console.say("NIS", f"{nis}; 95 % band {low:.3f} to {high:.3f}")
-    for run, model, text in result.failures[:3]:
-        console.say("failed", f"run {run}, {result.models[model]}: {text}", "yellow")
+    console.say("NIS", f"{nis}; 95 % band {band.low:.3f} to {band.high:.3f}")
+    for run, m, text in result.failures[:3]:
+        console.say("failed", f"run {run}, {result.models[m]}: {text}", "yellow")
     if len(result.failures) > 3:
         console.say("failed", f"{len(result.failures)} in all", "yellow")

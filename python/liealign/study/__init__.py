@@ -1,9 +1,9 @@
 """Monte Carlo studies: the same flight with other sensor errors in each run, several filters compared on it.
 
-    study = read_study("STUDY.toml")
-    result = run_study(study, runs=100)
-    result["helicoidal"].rmse("smoother", "flight")
-    write_study("results", study, result)
+study = read_study("STUDY.toml")
+result = run_study(study, runs=100)
+result["helicoidal"].rmse("smoother", "flight")
+write_study("results", study, result)
 """
 
 from __future__ import annotations

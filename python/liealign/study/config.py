@@ -1,7 +1,8 @@
 """STUDY.toml: what is flown, what the sensors do to it, and which filters run on it.
 
-Sections: `[study]`, `[flight]` (fields of `DroneFlight` that all scenarios share), `[scenario.NAME]` (the same, of one),
-`[errors.gnss]` (`GnssErrors`), `[errors.imu]` (`ImuErrorSizes`), and those of FLIGHT.toml for the filters.
+Sections: `[study]`, `[flight]` (fields of `DroneFlight` that all scenarios share), `[scenario.NAME]` (the
+same, of one), `[errors.gnss]` (`GnssErrors`), `[errors.imu]` (`ImuErrorSizes`), and those of FLIGHT.toml for
+the filters.
 """
 
 from __future__ import annotations
@@ -15,17 +16,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from liealign import _core
-from liealign._core import ConfigError, DroneFlight, GnssErrors, ImuErrorSizes, StudyCase
+from liealign._core import ConfigError, StudyCase
 from liealign.flight import make_config
 from liealign.toml_entries import read_toml_entries
 
 if TYPE_CHECKING:
     from liealign._core import Entry
 
-# What the filters are told, unless STUDY.toml has another word: latency and scales are given, so that nothing is searched
-# but the heading.
+# What the filters are told, unless STUDY.toml has another word: latency and scales are given, so that nothing
+# is searched but the heading.
 GIVEN = {"gnss.latency_s": 0.0, "imu.noise_scale": 1.0, "gnss.std_scale": 1.0}
 RUNS = 100
+
+# Scenarios do not share the seeds of their runs: what one of them shows, the others need not show as well.
+_SEEDS_APART = 1_000_000
 
 # Fields of StudyCase that are sections of their own.
 _PARTS = ("flight", "gnss", "imu", "config")
@@ -52,7 +56,9 @@ class Study:
     @property
     def scenarios(self) -> list[str]:
         """Names, in the order of the file."""
-        return list(dict.fromkeys(key.split(".")[1] for key, *_ in self.entries if key.startswith("scenario.")))
+        return list(
+            dict.fromkeys(key.split(".")[1] for key, *_ in self.entries if key.startswith("scenario."))
+        )
 
     def case(self, scenario: str) -> StudyCase:
         """Return the engine's case of that scenario.
@@ -79,10 +85,13 @@ class Study:
                 _set(imu, name, place)
             elif section.partition(".")[0] in ("scenario", "errors"):
                 if section.partition(".")[0] == "errors" or section.count(".") != 1:
-                    raise ConfigError(place.refused("the sections [errors.gnss], [errors.imu] and [scenario.NAME]"))
+                    raise ConfigError(
+                        place.refused("the sections [errors.gnss], [errors.imu] and [scenario.NAME]")
+                    )
             else:
                 engine.append((key, value, line, column))
         case.flight, case.gnss, case.imu = drone, gnss, imu
+        case.seed += _SEEDS_APART * self.scenarios.index(scenario)
         case.config = _core.apply_config(case.config, engine, self.source)
         return case
 
@@ -122,14 +131,19 @@ def _set(owner: Any, name: str, place: _Place, without: tuple[str, ...] = ()) ->
     """Set a field of one of the engine's structs, of the type that its default has."""
     names = [field for field in _fields(owner) if field not in without]
     if name not in names:
-        hint = _core.did_you_mean(name, names) or f"; there are {', '.join(names)}"
-        raise ConfigError(f"{place.where()}unknown key {place.key}{hint}")
+        section = place.key.rpartition(".")[0]
+        hint = _core.did_you_mean(place.key, [f"{section}.{field}" for field in names])
+        raise ConfigError(
+            f'{place.where()}unknown key "{place.key}"{hint or "; there are " + ", ".join(names)}'
+        )
     default = getattr(owner, name)
     expected, good = next((text, good) for kind, text, good in _KINDS if isinstance(default, kind))
     try:
         if not good(place.value):
             raise TypeError
-        setattr(owner, name, np.asarray(place.value, float) if isinstance(default, np.ndarray) else place.value)
+        setattr(
+            owner, name, np.asarray(place.value, float) if isinstance(default, np.ndarray) else place.value
+        )
     except (TypeError, ValueError) as error:
         if isinstance(error, _core.Error):
             raise ConfigError(f"{place.where()}{place.key}: {error}") from None
@@ -141,13 +155,17 @@ def _made(entries: list[Entry], source: str) -> Study:
     for key, value, line, column in entries:
         if key == "study.runs":
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-                raise ConfigError(_Place(source, key, value, line, column).refused("a whole number, 1 or more"))
+                raise ConfigError(
+                    _Place(source, key, value, line, column).refused("a whole number, 1 or more")
+                )
             runs = value
     study = Study(tuple(entries), source, runs)
     if not study.scenarios:
         where = f"{source}: " if source else ""
-        raise ConfigError(f"{where}no [scenario.NAME]; expected one or more, such as [scenario.circular] with "
-                          'kind = "circles"')
+        raise ConfigError(
+            f"{where}no [scenario.NAME]; expected one or more, such as [scenario.circular] with "
+            'kind = "circles"'
+        )
     for scenario in study.scenarios:
         study.case(scenario)
     return study

@@ -1,4 +1,4 @@
-"""The results of a study as files: montecarlo.json, runs.csv and nees.csv; docs/formats.md has their columns."""
+"""The results of a study as files: montecarlo.json, runs.csv and nees.csv; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ STUDY_FILES = ("montecarlo.json", "runs.csv", "nees.csv")
 def write_study(folder: str | Path, study: Study, results: dict[str, ScenarioResult]) -> None:
     """Write the three files into a folder, which is made if need be.
 
-    runs.csv and nees.csv are the same to the byte wherever the runs were made; the times taken are in montecarlo.json.
+    runs.csv and nees.csv are the same to the byte wherever the runs were made; the times taken are in
+    montecarlo.json.
 
     Raises
     ------
@@ -40,7 +41,7 @@ def write_study(folder: str | Path, study: Study, results: dict[str, ScenarioRes
 
 
 def study_json(study: Study, results: dict[str, ScenarioResult]) -> str:
-    """Return the text of montecarlo.json: the study as given, and of each scenario RMSE, sigma, bound, NEES, NIS."""
+    """Return the text of montecarlo.json: the study as given; RMSE, sigma, bound, NEES, NIS by scenario."""
     document = {
         "liealign": _core.__version__,
         "study": {key: value for key, value, *_ in study.entries},
@@ -108,8 +109,19 @@ def _number(value: float) -> str:
 
 
 def _run_rows(results: dict[str, ScenarioResult]) -> Iterable[list[Any]]:
-    yield ["scenario", "run", "seed", "model", "stage", "window", "epochs", "mean_nis", "mean_nees",
-           *(f"rmse_{channel}" for channel in CHANNELS), *(f"sigma_{channel}" for channel in CHANNELS)]
+    yield [
+        "scenario",
+        "run",
+        "seed",
+        "model",
+        "stage",
+        "window",
+        "epochs",
+        "mean_nis",
+        "mean_nees",
+        *(f"rmse_{channel}" for channel in CHANNELS),
+        *(f"sigma_{channel}" for channel in CHANNELS),
+    ]
     for name, result in results.items():
         r, good = result.runs, result.good()
         for run, m, s, w in np.ndindex(result.count, len(result.models), len(STAGES), len(WINDOWS)):

@@ -1,4 +1,4 @@
-"""What the runs of a scenario come to: RMSE, stated sigma, bound, NEES and NIS with their bands, paired comparisons."""
+"""What the runs of a scenario come to: RMSE, sigma, bound, NEES and NIS, paired comparisons."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from liealign import _core
 from liealign.solution import Array
@@ -42,7 +43,7 @@ class Ratio(NamedTuple):
 
 
 def chi_square_band(degrees: float) -> tuple[float, float]:
-    """95 % band of chi-square over its degrees of freedom (Wilson and Hilferty 1931; 0.1 % off from 30 of them on)."""
+    """Return the 95 % band of chi-square over its degrees of freedom, 30 or more (Wilson, Hilferty 1931)."""
     spread = 2.0 / (9.0 * degrees)
     low, high = (1.0 - spread + z * np.sqrt(spread) for z in (-1.959964, 1.959964))
     return float(low**3), float(high**3)
@@ -80,15 +81,15 @@ class ScenarioResult:
         """Runs."""
         return len(self.runs["seed"])
 
-    def good(self) -> Array:
-        """(runs, models): whether the filter went through."""
-        good: Array = np.ones((self.count, len(self.models)), dtype=bool)
+    def good(self) -> NDArray[np.bool_]:
+        """Return (runs, models): whether the filter went through."""
+        good = np.ones((self.count, len(self.models)), dtype=bool)
         for run, model, _ in self.failures:
             good[run, model] = False
         return good
 
     def _mean_square(self, name: str, stage: str, window: str) -> Array:
-        """(models, channels), over the runs that went through."""
+        """Return (models, channels), over the runs that went through."""
         s, w = STAGES.index(stage), WINDOWS.index(window)
         good = self.good()
         sums = np.where(good[:, :, None], self.runs[name][:, :, s, w], 0.0).sum(axis=0)
@@ -98,24 +99,27 @@ class ScenarioResult:
         return mean
 
     def rmse(self, stage: str, window: str) -> Array:
-        """(models, channels) root mean square error over all epochs of all runs; NaN where no run went through.
+        """Return (models, channels): root mean square error over all epochs; NaN where no run went through.
 
         stage is "filter" or "smoother", window "whole" or "flight".
         """
         return np.sqrt(self._mean_square("squares", stage, window))
 
     def sigma(self, stage: str, window: str) -> Array:
-        """(models, channels) root mean square of the stated standard deviations."""
+        """Return (models, channels): root mean square of the stated standard deviations."""
         return np.sqrt(self._mean_square("variances", stage, window))
 
     def limit(self, stage: str, window: str) -> Array:
-        """(channels,) the bound of (Eq. 68): the Lie model's covariance along the truth."""
+        """Return (channels,): the bound of (Eq. 68), the Lie model's covariance along the truth."""
         s, w = STAGES.index(stage), WINDOWS.index(window)
         bound: Array = np.sqrt(self.bound["variances"][0, 0, s, w] / self.bound["epochs"][0, w])
         return bound
 
     def paired_ratio(self, stage: str, window: str, channel: str, model: str, other: str) -> Ratio:
-        """RMSE of `model` over that of `other`: resampled over the runs that both went through (bootstrap, fixed seed)."""
+        """Return the RMSE of `model` over that of `other`, over the runs that both went through.
+
+        The interval is from a bootstrap over these runs, with a fixed seed.
+        """
         s, w, c = STAGES.index(stage), WINDOWS.index(window), CHANNELS.index(channel)
         pair = [self.models.index(model), self.models.index(other)]
         both = self.good()[:, pair].all(axis=1)
@@ -128,9 +132,12 @@ class ScenarioResult:
         return Ratio(float(np.sqrt(a.sum() / b.sum())), float(low), float(high))
 
     def rmse_over_limit(self, stage: str, window: str, channel: str, model: str = "lie") -> Ratio:
-        """RMSE over the bound, with the 95 % interval that the runs leave (bootstrap, fixed seed)."""
+        """Return the RMSE over the bound, with its 95 % interval (bootstrap, fixed seed)."""
         s, w, c, m = (
-            STAGES.index(stage), WINDOWS.index(window), CHANNELS.index(channel), self.models.index(model)
+            STAGES.index(stage),
+            WINDOWS.index(window),
+            CHANNELS.index(channel),
+            self.models.index(model),
         )
         good = self.good()[:, m]
         squares = self.runs["squares"][good, m, s, w, c] / self.runs["epochs"][good, w]
@@ -140,7 +147,7 @@ class ScenarioResult:
         return Ratio(float(np.sqrt(squares.mean())) / limit, float(low), float(high))
 
     def nees_at(self, stage: str, model: str) -> Array:
-        """(t,) mean NEES over the runs at each time; the band is `nees_band_at`."""
+        """Return (t,): mean NEES over the runs at each time; the band is `nees_band_at`."""
         m, s = self.models.index(model), STAGES.index(stage)
         nees = self.runs["nees"][self.good()[:, m], m, s]
         present = np.isfinite(nees).all(axis=0)
@@ -150,25 +157,32 @@ class ScenarioResult:
         return mean
 
     def nees_band_at(self) -> tuple[float, float]:
-        """95 % band of `nees_at` at any one time: chi-square with 15 degrees of freedom per run."""
+        """Return the 95 % band of `nees_at` at one time: chi-square with 15 degrees of freedom per run."""
         low, high = chi_square_band(_STATES * self.count)
         return _STATES * low, _STATES * high
 
     def nees(self, stage: str, model: str) -> Band:
-        """Mean NEES over runs and times. Its band comes from the spread of the runs' means: within a run errors go on."""
+        """Return the mean NEES over runs and times.
+
+        Its band comes from the spread of the runs' means, for within a run errors go on.
+        """
         m, s = self.models.index(model), STAGES.index(stage)
-        means = np.nanmean(self.runs["nees"][self.good()[:, m], m, s], axis=1) if self.good()[:, m].any() else np.array([])
+        means = (
+            np.nanmean(self.runs["nees"][self.good()[:, m], m, s], axis=1)
+            if self.good()[:, m].any()
+            else np.array([])
+        )
         return _spread_band(means, float(_STATES))
 
     def nees_share_inside(self, stage: str, model: str) -> float:
-        """Share of the times whose mean NEES lies in `nees_band_at`: 0.95 where the noise is right."""
+        """Return the share of times with a mean NEES in `nees_band_at`: 0.95 where the noise is right."""
         low, high = self.nees_band_at()
         nees = self.nees_at(stage, model)
         nees = nees[np.isfinite(nees)]
         return float(np.mean((nees >= low) & (nees <= high))) if nees.size else float("nan")
 
     def nis(self, model: str) -> Band:
-        """Mean NIS of the fixes with its chi-square band: 3 degrees of freedom each, white where the filter is right."""
+        """Return the mean NIS of the fixes; its band takes them as independent, 3 degrees of freedom each."""
         m = self.models.index(model)
         good = self.good()[:, m]
         fixes = self.runs["fixes"][good]

@@ -14,7 +14,7 @@ from liealign.study.result import ScenarioResult
 
 Progress = Callable[[int, int], Any]
 
-# Of a job for the cluster: small enough to spread, large enough for its truth, which every job makes anew, not to matter.
+# Of a job for the cluster: few enough to spread, and enough for the truth, which every job makes anew.
 _RUNS_PER_JOB = 5
 
 
@@ -23,8 +23,8 @@ def run_study(
 ) -> dict[str, ScenarioResult]:
     """Run every scenario of the study.
 
-    Run i of a scenario has the seed `study.seed` + i, whoever runs it: more runs, other machines or threads leave the
-    others as they were.
+    Run i of scenario j has the seed `study.seed` + 10^6 j + i, whoever runs it: more runs, other machines or
+    threads leave the others as they were.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ def run_study(
     runs
         Of each scenario, instead of those of the study.
     scheduler
-        Address of a Dask scheduler, such as "tcp://10.0.0.5:8786", whose workers have the same liealign; without it the
-        runs are made here, on every core.
+        Address of a Dask scheduler, such as "tcp://10.0.0.5:8786", whose workers have the same liealign;
+        without it the runs are made here, on every core.
     progress
         Called as progress(done, total) with the number of runs; returning False cancels.
 
@@ -120,8 +120,8 @@ def _on_cluster(
         client = Client(scheduler, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
-            f'--scheduler is "{scheduler}", where no Dask scheduler answers ({error}); expected an address such as '
-            "tcp://10.0.0.5:8786"
+            f'--scheduler is "{scheduler}", where no Dask scheduler answers ({error}); expected an address '
+            "such as tcp://10.0.0.5:8786"
         ) from None
     with client:
         firsts = range(0, count, _RUNS_PER_JOB)
@@ -133,7 +133,7 @@ def _on_cluster(
             for name, first in jobs
         ]
         done = 0
-        for future in as_completed(futures):
+        for future in as_completed(futures, loop=client.loop):
             done += len(future.result()["runs"]["seed"])
             if progress is not None and progress(done, count * len(names)) is False:
                 client.cancel(futures)
@@ -142,7 +142,8 @@ def _on_cluster(
     for part in parts:
         if part["version"] != _core.__version__:
             raise InputError(
-                f"a worker of {scheduler} has liealign {part['version']}, this is {_core.__version__}; install the same"
+                f"a worker of {scheduler} has liealign {part['version']}, this is {_core.__version__}; "
+                "install the same"
             )
     return {
         name: _scenario(study, name, [part for job, part in zip(jobs, parts, strict=True) if job[0] == name])

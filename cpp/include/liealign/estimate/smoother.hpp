@@ -97,15 +97,20 @@ struct Smoother {
   template <typename Wanted>
   struct Recorder {
     const Wanted& wanted;
-    std::vector<Step> steps;
+    std::vector<Step> steps = {};
+    Belief<Model> held = {};
     bool ended = true;  // the last step
     void before(const Belief<Model>& belief) {
-      if (ended) steps.push_back({belief, {}, 0});
+      if (ended) held = belief;
     }
     void after(const Belief<Model>&, const NavTransition<Scalar>& t, std::size_t k, bool whole) {
-      NavTransition<Scalar>& sum = steps.back().transition;
-      sum = ended ? t : NavTransition<Scalar>{t.F * sum.F, t.F * sum.B + t.B};
-      steps.back().k = k;
+      if (ended) {
+        steps.push_back({held, t, k});
+      } else {
+        Step& step = steps.back();
+        step.transition = {t.F * step.transition.F, t.F * step.transition.B + t.B};
+        step.k = k;
+      }
       ended = whole && wanted(k);
     }
   };

@@ -1,0 +1,235 @@
+"""Monte Carlo studies: STUDY.toml, the command, its files, the cluster, and the statistics of the results."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from liealign import ConfigError, InputError
+from liealign.study import CHANNELS, ScenarioResult, Study, make_study, read_study, run_study, write_study
+from liealign.study.result import chi_square_band
+from scipy import stats
+
+from .conftest import Cli
+
+TOML = """
+[study]
+runs = 2
+start = "drawn"
+biases = "random_walk"
+[flight]
+rate_hz = 50.0
+oversample = 1
+duration_s = 80.0
+parked_before_s = 10.0
+parked_after_s = 5.0
+[scenario.round]
+kind = "circles"
+[scenario.square]
+kind = "rectangular"
+line_length_m = 30.0
+[errors.gnss]
+l_ba_b = [0.1, -0.05, -0.3]
+[errors.imu]
+accel_turn_on_ug = 400.0
+[gnss]
+outlier = "off"
+"""
+
+
+@pytest.fixture(scope="module")
+def toml(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("study") / "STUDY.toml"
+    path.write_text(TOML, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def study(toml: Path) -> Study:
+    return read_study(toml)
+
+
+@pytest.fixture(scope="module")
+def results(study: Study) -> dict[str, ScenarioResult]:
+    return run_study(study, 6)
+
+
+def csv_files(folder: Path) -> dict[str, str]:
+    return {name: (folder / name).read_text(encoding="utf-8") for name in ("runs.csv", "nees.csv")}
+
+
+def test_study_sets_the_fields_that_the_sections_name(study: Study) -> None:
+    assert study.scenarios == ["round", "square"]
+    case = study.case("square")
+    assert (case.flight.kind, case.flight.rate_hz, case.flight.line_length_m) == ("rectangular", 50.0, 30.0)
+    assert case.imu.accel_turn_on_ug == 400.0
+    np.testing.assert_array_equal(case.gnss.l_ba_b, [0.1, -0.05, -0.3])
+    assert case.models == ["lie", "mekf", "euler"]
+    assert study.case("round").flight.line_length_m != 30.0
+    assert study.case("round").seed != case.seed
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("[study]\nstrat = 'drawn'", 'STUDY.toml:2:1: unknown key "study.strat"; did you mean "study.start"'),
+        ("[study]\nflight = 1", 'unknown key "study.flight"'),
+        ("[study]\nruns = 0", "STUDY.toml:2:1: study.runs is 0; expected a whole number, 1 or more"),
+        ("[study]\nmodels = 'lie'", 'study.models is "lie"; expected a list of texts'),
+        ("[flight]\nspeed_mps = 'fast'", 'STUDY.toml:2:1: flight.speed_mps is "fast"; expected a number'),
+        ("[flight]\nclockwise = 1", "flight.clockwise is 1; expected true or false"),
+        ("[flight]\nkind = 'loops'", 'kind is "loops"; expected one of: survey'),
+        ("[errors.gnss]\nstd_ned_m = [1.0]", "errors.gnss.std_ned_m is [1.0]; expected three numbers"),
+        ("[errors.baro]\nstd_m = 1.0", "errors.baro.std_m is 1.0; expected the sections"),
+        ("[filter]\nmodel = 'ukf'", "STUDY.toml:2:1: filter.model"),
+        ("[imu]\nmodle = 'adis16495'", 'unknown key "imu.modle"; did you mean "imu.model"'),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_its_place(tmp_path: Path, line: str, message: str) -> None:
+    path = tmp_path / "STUDY.toml"
+    path.write_text(f"{line}\n[scenario.a]\nkind = 'circles'\n".replace("'", '"'), encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        read_study(path)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_study_without_scenario_or_with_one_that_cannot_fly_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"no \[scenario.NAME\]"):
+        make_study({"study.runs": 3})
+    short = make_study({"scenario.a.kind": "circles", "flight.duration_s": 20.0})
+    with pytest.raises(ConfigError, match="scenario a: drone flight: duration_s is 20"):
+        run_study(short, 1)
+
+
+def test_the_command_writes_what_the_api_gives(
+    toml: Path, tmp_path: Path, study: Study, results: dict[str, ScenarioResult], cli: Cli
+) -> None:
+    outcome = cli("montecarlo", str(toml), "-n", "6", "-o", str(tmp_path / "out"))
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out.startswith("scenario  round, 6 runs")
+    assert "LIE-EKS" in outcome.out and "MEKS" in outcome.out and "NIS" in outcome.out
+    write_study(tmp_path / "api", study, results)
+    assert csv_files(tmp_path / "out") == csv_files(tmp_path / "api")
+    document = json.loads((tmp_path / "out" / "montecarlo.json").read_text())
+    heading = document["scenarios"]["square"]["models"]["mekf"]["smoother"]["rmse"]["flight"]["heading_deg"]
+    assert heading == results["square"].rmse("smoother", "flight")[1, CHANNELS.index("heading_deg")]
+    rows = csv_files(tmp_path / "api")["runs.csv"].splitlines()
+    assert len(rows) == 1 + 2 * 6 * 3 * 2 * 2
+
+
+def test_more_runs_leave_the_first_as_they_were(study: Study, results: dict[str, ScenarioResult]) -> None:
+    few = run_study(study, 2)["square"]
+    np.testing.assert_array_equal(few.runs["squares"], results["square"].runs["squares"][:2])
+    np.testing.assert_array_equal(few.runs["nees"], results["square"].runs["nees"][:2])
+
+
+@pytest.mark.parametrize("number", ["0", "-3", "many", "1.5"])
+def test_the_number_of_runs_must_be_one(toml: Path, number: str, cli: Cli) -> None:
+    outcome = cli("montecarlo", str(toml), f"--runs={number}")
+    assert outcome.code == 1
+    assert outcome.err == f'--runs is "{number}"; expected a whole number, 1 or more\n'
+
+
+def test_a_progress_that_says_no_stops_the_runs(study: Study) -> None:
+    seen: list[tuple[int, int]] = []
+
+    def stop(done: int, total: int) -> bool:
+        seen.append((done, total))
+        return False
+
+    with pytest.raises(InputError.__mro__[1], match="cancelled"):
+        run_study(study, 8, progress=stop)
+    assert seen == [(1, 16)]
+
+
+# ---- the statistics ----------------------------------------------------------------------------------------
+
+
+def test_rmse_and_sigma_are_roots_of_means_over_all_epochs(results: dict[str, ScenarioResult]) -> None:
+    r = results["round"]
+    assert r.count == 6 and not r.failures
+    squares, epochs = r.runs["squares"][:, 0, 1, 1, 2], r.runs["epochs"][:, 1]
+    assert r.rmse("smoother", "flight")[0, 2] == pytest.approx(np.sqrt(squares.sum() / epochs.sum()))
+    # Smoothed is better than filtered, and both are near what they say and near the bound.
+    for stage in ("filter", "smoother"):
+        position = CHANNELS.index("position_m")
+        rmse, sigma = r.rmse(stage, "flight")[0, position], r.sigma(stage, "flight")[0, position]
+        assert rmse == pytest.approx(sigma, rel=0.2)
+        assert sigma == pytest.approx(r.limit(stage, "flight")[position], rel=0.02)
+    assert (r.rmse("smoother", "flight")[:, :7] < r.rmse("filter", "flight")[:, :7]).all()
+
+
+def test_a_failed_filter_is_left_out_of_its_own_numbers_alone(results: dict[str, ScenarioResult]) -> None:
+    r = results["round"]
+    broken = {name: np.array(values) for name, values in r.runs.items()}
+    broken["squares"][2, 1] = 1e9
+    with_failure = ScenarioResult(r.name, r.models, broken, [(2, 1, "failed")], r.bound, r.times_s)
+    kept = [0, 1, 3, 4, 5]
+    expected = np.sqrt(r.runs["squares"][kept, 1, 0, 0].sum(axis=0) / r.runs["epochs"][kept, 0].sum())
+    np.testing.assert_allclose(with_failure.rmse("filter", "whole")[1], expected)
+    np.testing.assert_array_equal(with_failure.rmse("filter", "whole")[0], r.rmse("filter", "whole")[0])
+    ratio = with_failure.paired_ratio("filter", "whole", "roll_deg", "lie", "mekf")
+    squares = r.runs["squares"][kept][:, :2, 0, 0, 0].sum(axis=0)
+    assert ratio.ratio == pytest.approx(np.sqrt(squares[0] / squares[1]))
+    assert ratio.low <= ratio.ratio <= ratio.high
+
+
+@pytest.mark.parametrize("degrees", [30.0, 450.0, 4500.0])
+def test_chi_square_band_is_that_of_the_distribution(degrees: float) -> None:
+    expected = stats.chi2.ppf([0.025, 0.975], degrees) / degrees
+    np.testing.assert_allclose(chi_square_band(degrees), expected, rtol=1.5e-3)
+
+
+def test_nees_and_nis_of_the_matched_noise_lie_in_their_bands() -> None:
+    one = make_study(
+        {
+            **{key: value for key, value, *_ in make_study({"scenario.a.kind": "circles"}).entries},
+            "study.start": "drawn",
+            "study.biases": "random_walk",
+            "study.models": ["lie"],
+            "gnss.outlier": "off",
+            "flight.rate_hz": 50.0,
+            "flight.oversample": 1,
+            "flight.duration_s": 80.0,
+            "flight.parked_before_s": 10.0,
+            "flight.parked_after_s": 5.0,
+        }
+    )
+    r = run_study(one, 40)["a"]
+    for stage in ("filter", "smoother"):
+        band = r.nees(stage, "lie")
+        wide = 1.5 * (band.high - band.expected)  # 99.7 %
+        assert abs(band.mean - 15.0) < wide, band
+        assert r.nees_share_inside(stage, "lie") > 0.6
+    nis = r.nis("lie")
+    assert abs(nis.mean - 3.0) < 1.5 * (nis.high - 3.0)
+
+
+# ---- a cluster ---------------------------------------------------------------------------------------------
+
+
+def test_runs_of_a_cluster_are_those_made_here(
+    study: Study, results: dict[str, ScenarioResult], tmp_path: Path
+) -> None:
+    distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        seen: list[int] = []
+        far = run_study(
+            study, 6, scheduler=cluster.scheduler_address, progress=lambda done, total: seen.append(done)
+        )
+    write_study(tmp_path / "far", study, far)
+    write_study(tmp_path / "here", study, results)
+    assert csv_files(tmp_path / "far") == csv_files(tmp_path / "here")
+    assert seen[-1] == 12
+
+
+def test_a_scheduler_that_does_not_answer_is_bad_input(toml: Path, cli: Cli) -> None:
+    pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    outcome = cli("montecarlo", str(toml), "--scheduler", "nowhere")
+    assert outcome.code == 1
+    assert '--scheduler is "nowhere"' in outcome.err
