@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "liealign/core/error.hpp"
 #include "liealign/core/progress.hpp"
 #include "liealign/core/types.hpp"
 
@@ -49,6 +50,17 @@ inline double* add_column(py::dict& columns, const char* name, std::size_t n, st
   py::array_t<double> array(std::move(more));
   columns[name] = array;
   return array.mutable_data();
+}
+
+// Rows of a (n,) or (n, 3) array. Throws InputError for another shape.
+inline const double* rows_of(const Array& array, const char* name, py::ssize_t n, bool three) {
+  const bool fits = three ? array.ndim() == 2 && array.shape(0) == n && array.shape(1) == 3
+                          : array.ndim() == 1 && array.shape(0) == n;
+  if (!fits) {
+    throw InputError(std::string(name) + ": expected an array of shape (" + std::to_string(n) +
+                     (three ? ", 3)" : ",)") + ", one row for each time");
+  }
+  return array.data();
 }
 
 inline void put3(double* to, const Vector3d& v, double factor = 1.0) {

@@ -533,4 +533,17 @@ def random_flight(kind: str, *, gentle: bool = False, seed: int) -> DroneFlight:
 def simulate_flight(
     drone: DroneFlight, gnss: GnssErrors, config: Config, seed: int, imu: ImuErrorSizes = ...
 ) -> SimulatedFlight: ...
+def simulate_track(
+    time_s: ArrayLike,
+    lat_deg: ArrayLike,
+    lon_deg: ArrayLike,
+    height_m: ArrayLike,
+    rpy_deg: ArrayLike,
+    rate_hz: float,
+    oversample: int,
+    gnss: GnssErrors,
+    config: Config,
+    seed: int,
+    imu: ImuErrorSizes,
+) -> SimulatedFlight: ...
 def write_flight(folder: str, simulated: SimulatedFlight) -> None: ...
