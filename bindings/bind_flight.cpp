@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "floors.hpp"
-#include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/pipeline/clock.hpp"
 #include "liealign/pipeline/flight.hpp"
@@ -14,18 +13,7 @@ namespace {
 
 using OptionalArray = std::optional<Array>;
 
-// Rows of a (n,) or (n, 3) array. Throws InputError for another shape.
-const double* rows_of(const Array& array, const char* name, py::ssize_t n, bool three) {
-  const bool fits = three ? array.ndim() == 2 && array.shape(0) == n && array.shape(1) == 3
-                          : array.ndim() == 1 && array.shape(0) == n;
-  if (!fits) {
-    throw InputError(std::string(name) + ": expected an array of shape (" + std::to_string(n) +
-                     (three ? ", 3)" : ",)") + ", one row for each time");
-  }
-  return array.data();
-}
-
-const double* rows_of(const OptionalArray& array, const char* name, py::ssize_t n, bool three) {
+const double* optional_rows_of(const OptionalArray& array, const char* name, py::ssize_t n, bool three) {
   return array ? rows_of(*array, name, n, three) : nullptr;
 }
 
@@ -49,9 +37,11 @@ Flight flight_from_arrays(const Config& config, const Array& imu_time_s, const A
   const py::ssize_t n = gnss_time_s.size();
   const double *t = rows_of(gnss_time_s, "gnss_time_s", n, false), *lat = rows_of(lat_deg, "lat_deg", n, false),
                *lon = rows_of(lon_deg, "lon_deg", n, false), *height = rows_of(height_m, "height_m", n, false),
-               *std = rows_of(std_p_n_m, "std_p_n_m", n, true), *cov = rows_of(cov_p_n_m2, "cov_p_n_m2", n, true),
-               *v = rows_of(v_n_mps, "v_n_mps", n, true), *std_v = rows_of(std_v_n_mps, "std_v_n_mps", n, true),
-               *q = rows_of(fix, "fix", n, false);
+               *std = rows_of(std_p_n_m, "std_p_n_m", n, true),
+               *cov = optional_rows_of(cov_p_n_m2, "cov_p_n_m2", n, true),
+               *v = optional_rows_of(v_n_mps, "v_n_mps", n, true),
+               *std_v = optional_rows_of(std_v_n_mps, "std_v_n_mps", n, true),
+               *q = optional_rows_of(fix, "fix", n, false);
   flight.gnss.resize(static_cast<std::size_t>(n));
   for (std::size_t k = 0; k < flight.gnss.size(); ++k) {
     GnssRecord& r = flight.gnss[k];

@@ -9,6 +9,15 @@
 namespace liealign::bindings {
 namespace {
 
+SimulatedFlight simulate_track_arrays(const Array& time_s, const Array& lat_deg, const Array& lon_deg,
+                                      const Array& height_m, const Array& rpy_deg, double rate_hz, int oversample,
+                                      const GnssErrors& gnss, const Config& config, std::uint64_t seed,
+                                      const ImuErrorSizes& imu) {
+  const std::vector<TrackPoint> track = track_points(time_s, lat_deg, lon_deg, height_m, rpy_deg);
+  const py::gil_scoped_release released;
+  return simulate_track(track, rate_hz, oversample, gnss, config, seed, imu);
+}
+
 py::dict truth_columns(const Truth& truth) {
   const std::size_t n = truth.epochs.size();
   py::dict d;
@@ -79,6 +88,18 @@ void bind_drone(py::module_& m) {
 
 }  // namespace
 
+std::vector<TrackPoint> track_points(const Array& time_s, const Array& lat_deg, const Array& lon_deg,
+                                     const Array& height_m, const Array& rpy_deg) {
+  const py::ssize_t n = time_s.size();
+  const double *t = rows_of(time_s, "time_s", n, false), *lat = rows_of(lat_deg, "lat_deg", n, false),
+               *lon = rows_of(lon_deg, "lon_deg", n, false), *height = rows_of(height_m, "height_m", n, false),
+               *rpy = rows_of(rpy_deg, "rpy_deg", n, true);
+  std::vector<TrackPoint> track(static_cast<std::size_t>(n));
+  for (std::size_t k = 0; k < track.size(); ++k)
+    track[k] = {t[k], lat[k] * kDegToRad, lon[k] * kDegToRad, height[k], kDegToRad * get3(rpy + 3 * k)};
+  return track;
+}
+
 void bind_simulate(py::module_& m) {
   bind_drone(m);
 
@@ -127,11 +148,19 @@ void bind_simulate(py::module_& m) {
       "A DroneFlight of that kind with its place, headings, speeds and sizes drawn by the seed.\n\n"
       "5 m/s are reached within 20 s of the take-off; a gentle one accelerates by 0.1 to 0.3 m/s^2 at most. Hover and\n"
       "parked show nothing of the heading. Raises Error for a kind that is none.");
-  m.def("simulate_flight", &simulate_flight, py::arg("drone"), py::arg("gnss"), py::arg("config"), py::arg("seed"),
-        py::arg("imu") = ImuErrorSizes{}, py::call_guard<py::gil_scoped_release>(),
+  m.def("simulate_flight",
+        py::overload_cast<const DroneFlight&, const GnssErrors&, const Config&, std::uint64_t, const ImuErrorSizes&>(
+            &simulate_flight),
+        py::arg("drone"), py::arg("gnss"), py::arg("config"), py::arg("seed"), py::arg("imu") = ImuErrorSizes{},
+        py::call_guard<py::gil_scoped_release>(),
         "IMU noise of the profile in `config`, drifting biases around the turn-on values (TAES table I), GNSS as "
         "given.\n\n"
         "Raises Error for a field out of range or a duration too short for a flight.");
+  m.def("simulate_track", &simulate_track_arrays, py::arg("time_s"), py::arg("lat_deg"), py::arg("lon_deg"),
+        py::arg("height_m"), py::arg("rpy_deg"), py::arg("rate_hz"), py::arg("oversample"), py::arg("gnss"),
+        py::arg("config"), py::arg("seed"), py::arg("imu"),
+        "The same along points (n,), rpy_deg (n, 3), by splines through them (Eq. 67); liealign.simulate_along.\n\n"
+        "Raises Error for points that are no flight, InputError for a wrong shape.");
   m.def("write_flight", &write_flight, py::arg("folder"), py::arg("simulated"),
         py::call_guard<py::gil_scoped_release>(),
         "Writes imu.csv, gnss.csv, truth.csv and FLIGHT.toml into the folder, which is made if need be.");

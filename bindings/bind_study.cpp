@@ -21,6 +21,13 @@ void bind_case(py::module_& m) {
                 "docs/studies.md.")
       .def(py::init(&from_keywords<S>))
       .def_readwrite("flight", &S::flight)
+      .def(
+          "set_track",
+          [](S& s, const Array& time_s, const Array& lat_deg, const Array& lon_deg, const Array& height_m,
+             const Array& rpy_deg) { s.track = track_points(time_s, lat_deg, lon_deg, height_m, rpy_deg); },
+          py::arg("time_s"), py::arg("lat_deg"), py::arg("lon_deg"), py::arg("height_m"), py::arg("rpy_deg"),
+          "Flown instead of `flight`, at its rate_hz and oversample: (n,) each, rpy_deg (n, 3).\n\n"
+          "Raises InputError for columns of other shapes.")
       .def_readwrite("gnss", &S::gnss)
       .def_readwrite("imu", &S::imu)
       .def_readwrite("config", &S::config)

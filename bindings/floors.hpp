@@ -12,8 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "liealign/core/error.hpp"
 #include "liealign/core/progress.hpp"
 #include "liealign/core/types.hpp"
+#include "liealign/simulate/track_reference.hpp"
 
 namespace liealign::bindings {
 
@@ -52,6 +54,17 @@ inline double* add_column(py::dict& columns, const char* name, std::size_t n, st
   return array.mutable_data();
 }
 
+// Rows of a (n,) or (n, 3) array. Throws InputError for another shape.
+inline const double* rows_of(const Array& array, const char* name, py::ssize_t n, bool three) {
+  const bool fits = three ? array.ndim() == 2 && array.shape(0) == n && array.shape(1) == 3
+                          : array.ndim() == 1 && array.shape(0) == n;
+  if (!fits) {
+    throw InputError(std::string(name) + ": expected an array of shape (" + std::to_string(n) +
+                     (three ? ", 3)" : ",)") + ", one row for each time");
+  }
+  return array.data();
+}
+
 inline void put3(double* to, const Vector3d& v, double factor = 1.0) {
   for (int i = 0; i < 3; ++i) to[i] = factor * v[i];
 }
@@ -70,5 +83,9 @@ Struct from_keywords(const py::kwargs& fields) {
   }
   return made;
 }
+
+// Points from columns of one length, angles in degrees; rpy_deg (n, 3).
+std::vector<TrackPoint> track_points(const Array& time_s, const Array& lat_deg, const Array& lon_deg,
+                                     const Array& height_m, const Array& rpy_deg);
 
 }  // namespace liealign::bindings

@@ -62,6 +62,7 @@ from liealign.drivers import align_heading, process, write_results
 from liealign.flight import flight_from_arrays, make_config, read_config, read_flight
 from liealign.ranking import FilterRank, rank_by_p_rms
 from liealign.report import report_html, write_report
+from liealign.simulation import simulate_along
 from liealign.solution import Alignment, Innovations, Solution, Trajectory
 from liealign.track import Track, read_trajectory
 
@@ -116,6 +117,7 @@ __all__ = [
     "read_flight",
     "read_trajectory",
     "report_html",
+    "simulate_along",
     "simulate_flight",
     "with_clock_of_flight",
     "write_flight",

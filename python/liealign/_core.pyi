@@ -533,6 +533,19 @@ def random_flight(kind: str, *, gentle: bool = False, seed: int) -> DroneFlight:
 def simulate_flight(
     drone: DroneFlight, gnss: GnssErrors, config: Config, seed: int, imu: ImuErrorSizes = ...
 ) -> SimulatedFlight: ...
+def simulate_track(
+    time_s: ArrayLike,
+    lat_deg: ArrayLike,
+    lon_deg: ArrayLike,
+    height_m: ArrayLike,
+    rpy_deg: ArrayLike,
+    rate_hz: float,
+    oversample: int,
+    gnss: GnssErrors,
+    config: Config,
+    seed: int,
+    imu: ImuErrorSizes,
+) -> SimulatedFlight: ...
 def write_flight(folder: str, simulated: SimulatedFlight) -> None: ...
 
 STUDY_CHANNELS: tuple[str, ...]
@@ -567,6 +580,14 @@ class StudyCase:
         rate_hz: float = ...,
         nees_interval_s: float = ...,
         seed: int = ...,
+    ) -> None: ...
+    def set_track(
+        self,
+        time_s: ArrayLike,
+        lat_deg: ArrayLike,
+        lon_deg: ArrayLike,
+        height_m: ArrayLike,
+        rpy_deg: ArrayLike,
     ) -> None: ...
 
 class Truth: ...

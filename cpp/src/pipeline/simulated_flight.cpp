@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
@@ -109,15 +110,27 @@ ImuErrors imu_errors(const Config& config, const ImuErrorSizes& sizes, std::uint
   return e;
 }
 
-SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config,
-                                std::uint64_t seed, const ImuErrorSizes& imu) {
+SimulatedFlight simulate_flight(Truth truth, const GnssErrors& gnss, const Config& config, std::uint64_t seed,
+                                const ImuErrorSizes& imu) {
   SimulatedFlight out;
-  out.truth = drone_truth(drone, Mechanization::exact, GravityModel::normal);
+  out.truth = std::move(truth);
   out.flight.imu = add_imu_errors(out.truth.imu, imu_errors(config, imu, seed), seed).log;
   out.flight.gnss = simulate_gnss(out.truth, gnss, seed);
   out.flight.config = config;
   out.flight.config.gnss.lever_arm_b_m = {gnss.l_ba_b.x(), gnss.l_ba_b.y(), gnss.l_ba_b.z()};
   return out;
+}
+
+SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config,
+                                std::uint64_t seed, const ImuErrorSizes& imu) {
+  return simulate_flight(drone_truth(drone, Mechanization::exact, GravityModel::normal), gnss, config, seed, imu);
+}
+
+SimulatedFlight simulate_track(const std::vector<TrackPoint>& track, double rate_hz, int oversample,
+                               const GnssErrors& gnss, const Config& config, std::uint64_t seed,
+                               const ImuErrorSizes& imu) {
+  return simulate_flight(track_truth(track, rate_hz, oversample, Mechanization::exact, GravityModel::normal), gnss,
+                         config, seed, imu);
 }
 
 SimulatedFlight between(SimulatedFlight simulated, double begin_s, double end_s) {

@@ -135,8 +135,10 @@ StudyStart aligned_start(const Config& config, const StudySensors& sensors) {
 
 Truth study_truth(const StudyCase& study) {
   check(study);
-  return drone_truth(study.flight, study.mechanization == "paper" ? Mechanization::paper : Mechanization::exact,
-                     GravityModel::normal);
+  const Mechanization kind = study.mechanization == "paper" ? Mechanization::paper : Mechanization::exact;
+  if (!study.track.empty())
+    return track_truth(study.track, study.flight.rate_hz, study.flight.oversample, kind, GravityModel::normal);
+  return drone_truth(study.flight, kind, GravityModel::normal);
 }
 
 StudyRun study_run(const StudyCase& study, const Truth& truth, std::uint64_t seed, bool perfect) {

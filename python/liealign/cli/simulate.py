@@ -1,24 +1,25 @@
-"""`liealign simulate` and `liealign demo`: a drone flight with its truth, as files."""
+"""`liealign simulate` and `liealign demo`: a flight with its truth, as files."""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import typer
 
 import liealign
 from liealign import _core, console
-from liealign._core import DroneFlight, Error, GnssErrors, ImuErrorSizes, InputError, SimulatedFlight
-from liealign.cli.knobs import fields_of, in_flags, takes_knobs
+from liealign._core import Config, DroneFlight, Error, GnssErrors, ImuErrorSizes, InputError, SimulatedFlight
+from liealign.cli.knobs import KNOBS, fields_of, in_flags, takes_knobs
 from liealign.cli.run import Quiet
 from liealign.cli.work import check_folder, exit_codes, run_to_folder
 from liealign.comparison import compare, wrap_deg
 from liealign.flight import make_config, read_config
 from liealign.solution import Solution
+from liealign.track import Track
 
 FLIGHT_FILES = ("FLIGHT.toml", "imu.csv", "gnss.csv", "truth.csv")
 # 80 minutes at 200 Hz; the simulator works in memory, on eight times as many steps.
@@ -45,8 +46,50 @@ def check_target(folder: Path) -> None:
         )
 
 
+class Motion(NamedTuple):
+    """What is flown, how long, sampled how often, and the flags that say so."""
+
+    begin_s: float
+    duration_s: float
+    rate_hz: float
+    said_by: str
+    with_sensors: Callable[[GnssErrors, Config, int, ImuErrorSizes], SimulatedFlight]
+
+
+def of_drone(drone: DroneFlight) -> Motion:
+    """Return the motion of a drone flight."""
+    return Motion(
+        drone.start_time_s,
+        drone.duration_s,
+        drone.rate_hz,
+        f"--duration {drone.duration_s:g}",
+        lambda gnss, config, seed, imu: liealign.simulate_flight(drone, gnss, config, seed, imu),
+    )
+
+
+def along(file: Path, rate_hz: float) -> Motion:
+    """Read a trajectory file and return its motion.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be used.
+    """
+    track = Track.of(file)
+    begin, end = float(track.time_s[0]), float(track.time_s[-1])
+    return Motion(
+        begin,
+        end - begin,
+        rate_hz,
+        f"--trajectory {file} of {end - begin:.0f} s",
+        lambda gnss, config, seed, imu: liealign.simulate_along(
+            track, gnss=gnss, config=config, seed=seed, imu=imu, rate_hz=rate_hz
+        ),
+    )
+
+
 def make_flight(
-    drone: DroneFlight,
+    motion: Motion,
     gnss: GnssErrors,
     imu: ImuErrorSizes,
     overrides: dict[str, Any],
@@ -62,9 +105,9 @@ def make_flight(
         When they do not make a flight; the message names the flags for the fields.
     """
     try:
-        simulated = liealign.simulate_flight(drone, gnss, make_config(overrides), seed, imu)
+        simulated = motion.with_sensors(gnss, make_config(overrides), seed, imu)
         if span_s is not None:
-            begin, end = (drone.start_time_s + t for t in span_s)
+            begin, end = (motion.begin_s + t for t in span_s)
             simulated = simulated.between(begin, end)
     except Error as error:
         raise InputError(in_flags(str(error))) from None
@@ -72,11 +115,11 @@ def make_flight(
     return simulated
 
 
-def _check_size(drone: DroneFlight) -> None:
-    samples = drone.duration_s * drone.rate_hz
+def _check_size(motion: Motion) -> None:
+    samples = motion.duration_s * motion.rate_hz
     if samples > MAX_SAMPLES:
         raise InputError(
-            f"--duration {drone.duration_s:g} at --imu-rate {drone.rate_hz:g} makes {samples:.0f} samples; "
+            f"{motion.said_by} at --imu-rate {motion.rate_hz:g} makes {samples:.0f} samples; "
             f"expected at most {MAX_SAMPLES}; shorten the flight or lower the rate"
         )
 
@@ -121,6 +164,15 @@ def simulate(
     gentle: Annotated[
         bool, typer.Option("--gentle", help="With --kind: slow, 0.1 to 0.3 m/s^2 at most.")
     ] = False,
+    trajectory: Annotated[
+        Path | None,
+        typer.Option(
+            "--trajectory",
+            metavar="FILE",
+            help="Fly along this trajectory (truth.csv, trajectory.csv, SBET) instead; of the flags of the "
+            "flight only --imu-rate goes with it.",
+        ),
+    ] = None,
     begin: Annotated[
         str,
         typer.Option(
@@ -132,27 +184,32 @@ def simulate(
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Write a simulated drone flight with its truth into DIR.
+    """Write a simulated flight, of a drone or along a trajectory, with its truth into DIR.
 
     The files are FLIGHT.toml, imu.csv, gnss.csv and truth.csv.
     """
     with exit_codes():
         number = _seed(seed)
-        drone = _drone(kind, gentle, number, fields_of(DroneFlight, texts))
+        if trajectory is None:
+            motion = of_drone(_drone(kind, gentle, number, fields_of(DroneFlight, texts)))
+        else:
+            _check_alone(trajectory, output, {"kind": kind, "gentle": gentle or None, **texts})
+            motion = along(trajectory, fields_of(DroneFlight, texts).get("rate_hz", DroneFlight().rate_hz))
         gnss = GnssErrors(**fields_of(GnssErrors, texts), velocity=gnss_velocity)
-        _check_size(drone)
+        _check_size(motion)
         check_target(output)
         # A latency that is known is given: the run is to find the heading, not to be led astray.
         latency = {"gnss.latency_s": gnss.latency_s} if gnss.latency_s else {}
         imu = ImuErrorSizes(**fields_of(ImuErrorSizes, texts))
         keys = {"imu.model": _model(imu_model), **latency}
-        simulated = make_flight(drone, gnss, imu, keys, number, output, _span(begin, end, drone.duration_s))
+        span = _span(begin, end, motion.duration_s)
+        simulated = make_flight(motion, gnss, imu, keys, number, output, span)
         if quiet:
             return
         samples, fixes = (len(log["time_s"]) for log in (simulated.flight.imu(), simulated.flight.gnss()))
         toml, out = output / "FLIGHT.toml", output / "out"
         console.say("flight", f"{toml}, imu.csv, gnss.csv and truth.csv beside it")
-        console.say("logs", f"{samples / drone.rate_hz:.0f} s, {samples} IMU samples, {fixes} fixes")
+        console.say("logs", f"{samples / motion.rate_hz:.0f} s, {samples} IMU samples, {fixes} fixes")
         console.say("next", _shell(["liealign", "run", toml, "-o", out]))
         console.say("then", _shell(["liealign", "compare", output / "truth.csv", out / "trajectory.csv"]))
 
@@ -167,7 +224,7 @@ def demo(
     with exit_codes():
         check_target(output)
         simulated = make_flight(
-            DroneFlight(),
+            of_drone(DroneFlight()),
             GnssErrors(**fields_of(GnssErrors, {})),
             ImuErrorSizes(),
             {"imu.model": "adis16495", "output.filtered": True},
@@ -185,6 +242,19 @@ def demo(
         assert found.filtered is not None
         heading = _heading_at_start(simulated, alignment)
         console.print_truth(heading, compare(truth, found), compare(truth, found.filtered), output)
+
+
+def _check_alone(trajectory: Path, output: Path, texts: dict[str, Any]) -> None:
+    """Refuse the flags of a drone flight beside --trajectory, and to write over the file."""
+    names = {"kind": "--kind", "gentle": "--gentle"}
+    names |= {k.parameter: k.name for k in KNOBS if k.owner is DroneFlight and k.field != "rate_hz"}
+    for parameter, name in names.items():
+        if texts[parameter] is not None:
+            raise InputError(
+                f"{name} is of a flight made up; with --trajectory the file is flown; leave one out"
+            )
+    if trajectory.resolve() in [(output / name).resolve() for name in FLIGHT_FILES]:
+        raise InputError(f"{trajectory}: would be written over; choose another folder (-o DIR)")
 
 
 def _drone(kind: str | None, gentle: bool, seed: int, fields: dict[str, Any]) -> DroneFlight:

@@ -4,9 +4,11 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "liealign/pipeline/flight.hpp"
 #include "liealign/simulate/sensors.hpp"
+#include "liealign/simulate/track_reference.hpp"
 #include "liealign/simulate/trajectory.hpp"
 
 namespace liealign {
@@ -26,10 +28,17 @@ struct SimulatedFlight {
   Truth truth;
 };
 
-// IMU noise of the profile in `config`, Ornstein-Uhlenbeck biases with its instability around the turn-on values, GNSS as
-// given. TAES V-B and table I.
+// The sensors along a truth: IMU noise of the profile in `config`, Ornstein-Uhlenbeck biases with its instability around
+// the turn-on values, GNSS as given. TAES V-B and table I.
+SimulatedFlight simulate_flight(Truth truth, const GnssErrors& gnss, const Config& config, std::uint64_t seed,
+                                const ImuErrorSizes& imu = {});
+
+// The same of a drone flight, and along a track (Eq. 67). Both truths are of the exact mechanization and normal gravity.
 SimulatedFlight simulate_flight(const DroneFlight& drone, const GnssErrors& gnss, const Config& config,
                                 std::uint64_t seed, const ImuErrorSizes& imu = {});
+SimulatedFlight simulate_track(const std::vector<TrackPoint>& track, double rate_hz, int oversample,
+                               const GnssErrors& gnss, const Config& config, std::uint64_t seed,
+                               const ImuErrorSizes& imu = {});
 
 // Of the same recording, samples, fixes and truth with stamps from begin_s to end_s. Throws Error when fewer than two
 // samples are left.

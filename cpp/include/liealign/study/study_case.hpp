@@ -9,11 +9,13 @@
 #include <vector>
 
 #include "liealign/pipeline/simulated_flight.hpp"
+#include "liealign/simulate/track_reference.hpp"
 
 namespace liealign {
 
 struct StudyCase {
-  DroneFlight flight;  // the same in all runs
+  DroneFlight flight;             // the same in all runs
+  std::vector<TrackPoint> track;  // flown instead, at the rate and oversample of `flight`, when there are any
   GnssErrors gnss;
   ImuErrorSizes imu;
   Config config;  // noise profile, P_0, filter; the lever arm is that of gnss
