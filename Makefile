@@ -51,7 +51,7 @@ help:
 	@echo "make post       the standalone executable, for this machine: build/release/liealign-post"
 	@echo "make bench      every benchmark; writes benchmarks/README.md (a quarter of an hour)"
 	@echo "make alignment  headings of thousands of simulated flights; writes benchmarks/alignment.md"
-	@echo "make reproduce  the papers' tables and figures (a later version)"
+	@echo "make reproduce  the papers' tables and figures; writes docs/reproduction.md (half an hour)"
 	@echo "make clean      remove build/"
 
 demo: $(INSTALLED)
@@ -126,8 +126,11 @@ ALIGNMENT_FLAGS ?=
 alignment: $(INSTALLED)
 	$(BIN)/python benchmarks/alignment.py --jobs $(JOBS) --json $(BUILD)/alignment.json $(ALIGNMENT_FLAGS)
 
-reproduce:
-	@echo "make reproduce: the reproduction of the papers comes with a later version" >&2; exit 1
+# Every section of reproduction/reproduce.py; one of them: REPRODUCE_FLAGS='--only tables'.
+REPRODUCE_FLAGS ?=
+reproduce: $(INSTALLED)
+	$(BIN)/python -m pip install --quiet matplotlib scipy
+	$(BIN)/python reproduction/reproduce.py --jobs $(JOBS) $(REPRODUCE_FLAGS)
 
 clean:
 	rm -rf $(BUILD)

@@ -114,10 +114,11 @@ def conclusion(summaries: list[Summary], bands_m: dict[str, float]) -> str:
 have {percent(fast.all["inside"]["norm_10_mm"])} % of the epochs inside 10 mm in 3-D and
 {percent(fast.all["inside"]["down_10_mm"])} % in down; those of a real receiver are correlated in time, so
 this is the better end. Estimating latency and noise scales instead of telling them costs
-{number(auto.all["rmse"]["position_mm"] - rmse, 2)} mm of 3-D RMSE, along the track (latency off by
-{number(auto.latency_rms_ms, 2)} ms rms), where the radar does not look. From pass to pass the position
-differs by {number(auto.pass_to_pass_3d_mm)} mm (3-D), the line of sight by {number(auto.pass_to_pass_mm)} mm
-rms: {number(auto.pass_to_pass_mm * c_band, 2)} deg of phase at C band, slowly along the track, which an
+{number(auto.all["rmse"]["position_mm"] - rmse, 2)} mm of 3-D RMSE; along the track, where the radar does not
+look, {number(auto.all["rmse"]["east_mm"])} mm instead of {number(given.all["rmse"]["east_mm"])} (latency off
+by {number(auto.latency_rms_ms, 2)} ms rms). From pass to pass the position differs by
+{number(auto.pass_to_pass_3d_mm)} mm (3-D), the line of sight by {number(auto.pass_to_pass_mm)} mm rms:
+{number(auto.pass_to_pass_mm * c_band, 2)} deg of phase at C band, slowly along the track, which an
 interferogram has to take out with its reference points. Within an aperture of 10 s the error left after mean
 and trend is {number(longest, 2)} mm ({number(longest * c_band, 2)} deg at C band): the images focus."""
 
@@ -133,7 +134,9 @@ def position_words(given: Summary, rmse: float, own: float, inside: float, expec
         f" {percent(expected)} %"
     )
     if inside >= WANTED:
-        return f"The position is at the limit of the sensors: {near}; {shares}."
+        return f"The position is inside: {near}; {shares}."
+    if rmse > 1.1 * own:
+        return f"The position is short, and not at the limit of the sensors: {near}; {shares}."
     return (
         f"What is short in position is the sensors' limit, not the estimator's: {near}, with {shares}. The"
         " down axis sets it: its fixes come once a second with 3 cm, and no smoother of this model has more"

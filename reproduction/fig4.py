@@ -186,6 +186,7 @@ def numbers_of(found: Found) -> Json:
         "evaluations": found.alignment.evaluations,
         "sinusoid_share_of_cost": sinusoid_share(c.heading_deg, c.cost),
         "sinusoid_share_of_p_rms_squared": sinusoid_share(c.heading_deg, c.p_rms_m**2),
+        "lowest_cost_at_deg": float(c.heading_deg[int(c.cost.argmin())]),
         "lowest_p_rms_at_deg": float(c.heading_deg[int(c.p_rms_m.argmin())]),
         "curves": {
             k: {"heading_deg": c.heading_deg, "cost": c.cost, "p_rms_m": c.p_rms_m}
@@ -223,13 +224,13 @@ their minima nearly coincide. The sinusoid belongs to the conditional filters: t
 {percent(share)} % of the variance of their cost, near, not precise, on this flight. With P_0's sigma the
 curve spans five decades and is none. On this flight one parabola from conditional filters 12 deg apart is off
 by {number(abs(narrow.heading_deg - drones.true_deg))} deg,
-{number(abs(narrow.heading_deg - drones.true_deg) / narrow.sigma_deg, 2)} of its sigmas, because a sinusoid is
+{number(abs(narrow.heading_deg - drones.true_deg) / narrow.sigma_deg, 2)} of its sigmas, because the curve is
 no parabola so far out; with P_0's sigma the parabola is off by
 {number(abs(wide.heading_deg - drones.true_deg))} deg and its own sigma of {number(wide.sigma_deg)} deg is
 that of P_0. The search of liealign goes on until its three candidates are {number(spacing, 2)} sigmas apart
 ({ours.evaluations} candidate filters, the circle included) and then states {number(ours.heading_std_deg)}
-deg. P_RMS is lowest at the same grid heading as the cost ({numbers["drones"]["lowest_p_rms_at_deg"]:g} deg),
-but says nothing of the sigma.
+deg. On the grid P_RMS is lowest at {numbers["drones"]["lowest_p_rms_at_deg"]:g} deg, the cost at
+{numbers["drones"]["lowest_cost_at_deg"]:g} deg; P_RMS says nothing of the sigma.
 """
     return Section(
         "fig4", "Fig. 4 of both papers: the cost over the heading", text, numbers, figures=("fig4.png",)

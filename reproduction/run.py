@@ -1,6 +1,6 @@
 """Runs the experiments of the two papers and writes docs/reproduction.md with its figures and numbers.
 
-Each section is kept under build/reproduction/, so that one can be made again alone; the page is always put together
+Each section is kept under build/reproduction/, so that one can be made again alone; the page is put together
 from all that are there.
 
 Usage: python reproduction/run.py [--only NAME ...] [--quick] [--jobs 2] [--output docs]

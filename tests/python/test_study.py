@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import liealign
 import numpy as np
 import pytest
-from liealign import ConfigError, InputError
+from liealign import Cancelled, ConfigError
 from liealign.study import CHANNELS, ScenarioResult, Study, make_study, read_study, run_study, write_study
 from liealign.study.result import chi_square_band
 from scipy import stats
@@ -140,7 +141,7 @@ def test_a_progress_that_says_no_stops_the_runs(study: Study) -> None:
         seen.append((done, total))
         return False
 
-    with pytest.raises(InputError.__mro__[1], match="cancelled"):
+    with pytest.raises(Cancelled, match="cancelled"):
         run_study(study, 8, progress=stop)
     assert seen == [(1, 16)]
 
@@ -233,3 +234,37 @@ def test_a_scheduler_that_does_not_answer_is_bad_input(toml: Path, cli: Cli) -> 
     outcome = cli("montecarlo", str(toml), "--scheduler", "nowhere")
     assert outcome.code == 1
     assert '--scheduler is "nowhere"' in outcome.err
+
+
+# ---- along a file ------------------------------------------------------------------------------------------
+
+
+def test_a_scenario_flies_along_a_trajectory_file(tmp_path: Path) -> None:
+    flown = liealign.simulate_flight(
+        liealign.DroneFlight(rate_hz=50.0, duration_s=80.0, parked_before_s=10.0, parked_after_s=5.0),
+        liealign.GnssErrors(),
+        liealign.make_config(),
+        seed=1,
+    )
+    liealign.write_flight(str(tmp_path / "flight"), flown)
+    (tmp_path / "STUDY.toml").write_text(
+        TOML + '[scenario.again]\ntrajectory = "flight/truth.csv"\n', encoding="utf-8"
+    )
+    study = read_study(tmp_path / "STUDY.toml")
+    again = run_study(study, 3)["again"]
+    assert not again.failures
+    # truth.csv has 10 um and 1e-6 deg: sensors and errors are those of a flight like the others.
+    position = CHANNELS.index("position_m")
+    assert again.rmse("smoother", "flight")[0, position] < 0.012
+    assert again.rmse("smoother", "flight")[0, position] == pytest.approx(
+        again.limit("smoother", "flight")[position], rel=0.3
+    )
+    assert again.times_s[-1] == pytest.approx(flown.truth()["time_s"][0] + 80.0)
+
+
+def test_a_trajectory_file_that_is_not_there_is_bad_input(tmp_path: Path, cli: Cli) -> None:
+    toml = tmp_path / "STUDY.toml"
+    toml.write_text('[scenario.a]\ntrajectory = "nowhere.csv"\n', encoding="utf-8")
+    outcome = cli("montecarlo", str(toml))
+    assert outcome.code == 1
+    assert "nowhere.csv: cannot be read" in outcome.err

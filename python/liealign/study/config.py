@@ -1,14 +1,14 @@
 """STUDY.toml: what is flown, what the sensors do to it, and which filters run on it.
 
 Sections: `[study]`, `[flight]` (fields of `DroneFlight` that all scenarios share), `[scenario.NAME]` (the
-same, of one), `[errors.gnss]` (`GnssErrors`), `[errors.imu]` (`ImuErrorSizes`), and those of FLIGHT.toml for
-the filters.
+same, of one; or `trajectory`, a file that is flown instead), `[errors.gnss]` (`GnssErrors`), `[errors.imu]`
+(`ImuErrorSizes`), and those of FLIGHT.toml for the filters.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from liealign import _core
 from liealign._core import ConfigError, StudyCase
 from liealign.flight import make_config
 from liealign.toml_entries import read_toml_entries
+from liealign.track import Track, read_trajectory
 
 if TYPE_CHECKING:
     from liealign._core import Entry
@@ -47,11 +48,14 @@ class Study:
         Its name, for messages.
     runs
         Of each scenario.
+    tracks
+        Of the scenarios that fly along a file.
     """
 
     entries: tuple[Entry, ...]
     source: str
     runs: int
+    tracks: Mapping[str, Track] = field(default_factory=dict)
 
     @property
     def scenarios(self) -> list[str]:
@@ -77,6 +81,8 @@ class Study:
             if section == "study":
                 if name != "runs":
                     _set(case, name, place, without=_PARTS)
+            elif section.startswith("scenario.") and name == "trajectory":
+                continue
             elif section in ("flight", f"scenario.{scenario}"):
                 _set(drone, name, place)
             elif section == "errors.gnss":
@@ -91,6 +97,8 @@ class Study:
             else:
                 engine.append((key, value, line, column))
         case.flight, case.gnss, case.imu = drone, gnss, imu
+        if track := self.tracks.get(scenario):
+            case.set_track(track.time_s, track.lat_deg, track.lon_deg, track.height_m, track.rpy_deg)
         case.seed += _SEEDS_APART * self.scenarios.index(scenario)
         case.config = _core.apply_config(case.config, engine, self.source)
         return case
@@ -114,7 +122,7 @@ class _Place:
 
 
 def _fields(owner: Any) -> Iterator[str]:
-    return (name for name in dir(type(owner)) if not name.startswith("_"))
+    return (name for name, member in vars(type(owner)).items() if isinstance(member, property))
 
 
 _KINDS: tuple[tuple[type | tuple[type, ...], str, Callable[[Any], bool]], ...] = (
@@ -159,7 +167,7 @@ def _made(entries: list[Entry], source: str) -> Study:
                     _Place(source, key, value, line, column).refused("a whole number, 1 or more")
                 )
             runs = value
-    study = Study(tuple(entries), source, runs)
+    study = Study(tuple(entries), source, runs, _tracks(entries, source))
     if not study.scenarios:
         where = f"{source}: " if source else ""
         raise ConfigError(
@@ -169,6 +177,18 @@ def _made(entries: list[Entry], source: str) -> Study:
     for scenario in study.scenarios:
         study.case(scenario)
     return study
+
+
+def _tracks(entries: list[Entry], source: str) -> dict[str, Track]:
+    """Read the files of the scenarios that have one; their names are relative to the folder of STUDY.toml."""
+    tracks = {}
+    for key, value, line, column in entries:
+        section, _, name = key.rpartition(".")
+        if name == "trajectory" and section.startswith("scenario."):
+            if not isinstance(value, str):
+                raise ConfigError(_Place(source, key, value, line, column).refused("the name of a file"))
+            tracks[section.removeprefix("scenario.")] = read_trajectory(Path(source).parent / value)
+    return tracks
 
 
 def read_study(toml: str | PathLike[str]) -> Study:

@@ -1,4 +1,4 @@
-"""The results of a study as files: montecarlo.json, runs.csv and nees.csv; see docs/formats.md."""
+"""The results of a study as files: montecarlo.json, runs.csv and nees.csv; see docs/studies.md."""
 
 from __future__ import annotations
 
