@@ -313,8 +313,8 @@ def conclusion(numbers: Json, gone: list[Json], n: int) -> str:
     tested = [g for g in gone if g["outlier"] != "off"]
     if tested:
         text += (
-            f" With a test, {sum(g['truth_costs_less'] for g in tested)} of {len(tested)} stayed in a false minimum"
-            " of the search: a filter from the true heading has the lower cost. They are"
+            f" With a test, {sum(g['truth_costs_less'] for g in tested)} of {len(tested)} stayed in a false"
+            " minimum of the search: a filter from the true heading has the lower cost. They are"
             f" {'; '.join(map(lost_words, tested[:12]))}."
         )
     return text

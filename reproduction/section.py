@@ -45,13 +45,13 @@ class Section:
     numbers: Json = field(default_factory=dict)
     tables: Json = field(default_factory=dict)
     figures: tuple[str, ...] = ()
-    command: str = ""  # empty: run.py --only NAME
+    command: str = ""  # empty: reproduce.py --only NAME
     seconds: float = 0.0
 
     def completed(self, seconds: float, quick: bool) -> Section:
         """With the time taken, the command that makes it again, and no number that JSON does not know."""
         command = (
-            self.command or f"python reproduction/run.py --only {self.name}{' --quick' if quick else ''}"
+            self.command or f"python reproduction/reproduce.py --only {self.name}{' --quick' if quick else ''}"
         )
         return dataclasses.replace(
             self,

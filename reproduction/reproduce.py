@@ -3,7 +3,7 @@
 Each section is kept under build/reproduction/, so that one can be made again alone; the page is put together
 from all that are there.
 
-Usage: python reproduction/run.py [--only NAME ...] [--quick] [--jobs 2] [--output docs]
+Usage: python reproduction/reproduce.py [--only NAME ...] [--quick] [--jobs 2] [--output docs]
 """
 
 # SPDX-License-Identifier: Apache-2.0
