@@ -25,6 +25,7 @@ from section import FIGURES, HERE, ROOT, Json, Section, cache_folder, markdown_t
 
 # In the order of the page; each is a module with experiment(quick, jobs) -> Section.
 EXPERIMENTS = (
+    "fig7",
     "tables",
     "order",
     "consistency",

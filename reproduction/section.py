@@ -51,7 +51,8 @@ class Section:
     def completed(self, seconds: float, quick: bool) -> Section:
         """With the time taken, the command that makes it again, and no number that JSON does not know."""
         command = (
-            self.command or f"python reproduction/reproduce.py --only {self.name}{' --quick' if quick else ''}"
+            self.command
+            or f"python reproduction/reproduce.py --only {self.name}{' --quick' if quick else ''}"
         )
         return dataclasses.replace(
             self,

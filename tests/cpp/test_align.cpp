@@ -378,6 +378,21 @@ TEST(HeadingSearch, more_outliers_than_a_fifth_do_not_open_the_gates) {
   EXPECT_EQ(r.verdict, "aligned");
 }
 
+// Everything that follows outliers, the open candidates and the wide ones, says 3 rad; so does a hollow of the gated ones.
+// What they have at 1 rad is far lower, and 0.9 deg beside a sample of the circle at most.
+TEST(HeadingSearch, a_minimum_of_the_outliers_is_left_for_the_lower_one) {
+  for (const double truth : {1.0, 1.1, 4.5}) {
+    const HeadingResult r = search(search_options(), [=](const HeadingCandidate& c) {
+      const double feigned = 5000.0 + std::min(sinusoidal(c, 3.0, 0.1 * kDeg), 4000.0);
+      if (!c.gated || c.heading_std_rad > 0) return sinusoidal(c, 3.0, 0.1 * kDeg);
+      return std::min(feigned, sinusoidal(c, truth, 0.1 * kDeg));
+    });
+    EXPECT_NEAR(wrap_pi(r.heading_rad - truth) / kDeg, 0.0, 0.005);
+    EXPECT_NEAR(r.sigma_rad.value_or(0.0) / kDeg, 0.1, 0.002);
+    EXPECT_EQ(r.verdict, "aligned");
+  }
+}
+
 TEST(HeadingSearch, a_latency_far_from_the_coarse_one_is_found) {
   for (const double wrong : {-0.3, 0.3}) {
     HeadingSearchOptions o = search_options();

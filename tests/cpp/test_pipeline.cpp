@@ -267,6 +267,29 @@ TEST(Units, noisy_or_biased_gyros_in_the_right_unit_are_accepted) {
   EXPECT_EQ(refusal_of(biased), "accepted");
 }
 
+// (Eq. 70), at the IMU and at a camera, whose epochs come another way.
+TEST(Pipeline, an_uncertain_latency_is_uncertain_along_the_flight) {
+  for (const double arm : {0.0, 0.4}) {
+    Config config;
+    config.output.reference_point_b_m = {arm, 0.0, 0.0};
+    const SimulatedFlight s = testing::table_1_flight(80.0, 4, config);
+    const PreparedFlight prepared = prepare_flight(s.flight);
+    HeadingResult heading = align(prepared);
+    const Solution sure = process(prepared, heading);
+    heading.parameters_std.latency_s = 0.002;
+    const Solution unsure = process(prepared, heading);
+    double fastest = 0;
+    for (std::size_t i = 0; i < sure.smoothed.size(); i += 50) {
+      const NavRow a = nav_row(sure.smoothed[i]), b = nav_row(unsure.smoothed[i]);
+      const Vector3d more = b.std_p_n_m.cwiseAbs2() - a.std_p_n_m.cwiseAbs2();
+      EXPECT_LT((more - (0.002 * a.v_n_mps).cwiseAbs2()).norm(), 1e-9);
+      EXPECT_EQ(a.v_n_mps, b.v_n_mps);
+      fastest = std::max(fastest, a.v_n_mps.norm());
+    }
+    EXPECT_GT(fastest, 4.0);
+  }
+}
+
 TEST(Pipeline, a_noise_model_that_is_too_small_is_said) {
   const SimulatedFlight s = table_1_flight(kHeading_deg, 10, guessed());
   const auto said = [](const Flight& flight) {

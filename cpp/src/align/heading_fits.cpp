@@ -220,6 +220,23 @@ void HeadingSearch::refit(const Fit& fit, const FlightParameters& parameters) {
   start_fit_about(fit.heading_rad, std::min(2.0 * sigma_rad, options_.triple_step_rad));
 }
 
+// Open candidates follow outliers, and can lead to where only outliers agree. From there the gated ones over the circle see what
+// is lower, if not how low.
+bool HeadingSearch::refit_from_lower(const std::vector<double>& costs) {
+  constexpr int kMost = 3;
+  constexpr double kLower = 10.0;  // nats; samples of the fit itself are above it, but for its own curvature
+  const auto lowest = std::min_element(costs.begin(), costs.end());
+  if (lower_refits_ == kMost || !(*lowest < fits_[best_fit_].cost - kLower)) return false;
+  ++lower_refits_;
+  corrections_ = 0;
+  const HeadingCandidate from = asked_[static_cast<std::size_t>(lowest - costs.begin())];
+  Fit fit = fits_[best_fit_];
+  fit.heading_rad = from.heading_rad;
+  fit.settled = false;
+  refit(fit, from.parameters);
+  return true;
+}
+
 // A later basin may lead to where an earlier one has led.
 bool HeadingSearch::joins_a_fit() const {
   const double heading = surface_ ? surface_->surface().minimum[0] : line_->best().x;

@@ -218,6 +218,7 @@ void HeadingSearch::ask_density() {
 }
 
 void HeadingSearch::tell_density(const std::vector<double>& costs) {
+  if (refit_from_lower(costs)) return;
   std::vector<PosteriorSample> samples;
   const Fit& best = fits_[best_fit_];
   const double temper = 1.0 / (best.misfit * best.misfit);

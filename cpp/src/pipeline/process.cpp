@@ -38,12 +38,14 @@ struct Output {
   const OutputConfig& config;
   OutputFrame frame;
   double gyro_arw;
+  double latency_variance;  // s^2, of an estimated latency, which is one for the whole flight
 
-  Output(const PreparedFlight& flight, const FilterOptions& filter)
+  Output(const PreparedFlight& flight, const FilterOptions& filter, double latency_std_s)
       : imu(flight.data.imu()),
         config(flight.config.output),
         frame(output_frame(flight.config)),
-        gyro_arw(filter.dynamics.noise.gyro_arw) {}
+        gyro_arw(filter.dynamics.noise.gyro_arw),
+        latency_variance(latency_std_s * latency_std_s) {}
 
   // The number of the step of output.rate_hz that t has reached; the slack is for stamps a rounding below it.
   double step(double t) const { return std::floor(t * *config.rate_hz + 1e-6); }
@@ -60,7 +62,7 @@ struct Output {
     if (frame.is_imu()) {
       const NavBelief<Lanes> belief = inside.nav_at(samples.pre);
       for (int i = 0; i < samples.count; ++i)
-        give(epoch_of(imu[samples.k[static_cast<std::size_t>(i)]].t_s, belief, i, inside.P_bb()));
+        give(with_latency(epoch_of(imu[samples.k[static_cast<std::size_t>(i)]].t_s, belief, i, inside.P_bb())));
     } else {
       const Belief<LieModel<Lanes>> belief = inside.at(samples.pre);
       for (int i = 0; i < samples.count; ++i) give(epoch(samples.k[static_cast<std::size_t>(i)], lane(belief, i)));
@@ -68,9 +70,17 @@ struct Output {
   }
 
   Epoch epoch(std::size_t k, const Belief<Model>& belief) const {
-    if (frame.is_imu()) return epoch_of(imu[k].t_s, belief);
+    if (frame.is_imu()) return with_latency(epoch_of(imu[k].t_s, belief));
     const ImuAtStamp at = imu_at_stamp(imu, k);
-    return epoch_of(imu[k].t_s, belief, frame, at.omega_ib_b, gyro_arw * gyro_arw / at.white_s);
+    return with_latency(epoch_of(imu[k].t_s, belief, frame, at.omega_ib_b, gyro_arw * gyro_arw / at.white_s));
+  }
+
+  // The fixes are where the flight was when the latency says; a wrong one moves the trajectory along itself:
+  //   P_rho <- P_rho + sigma_tau^2 u u^T,   u = C^T v_eb_e                                        (Eq. 70)
+  Epoch with_latency(Epoch epoch) const {
+    const Vector3d u = epoch.X.first.C.transpose() * epoch.X.first.v;
+    epoch.P_rho += latency_variance * u * u.transpose();
+    return epoch;
   }
 };
 
@@ -281,7 +291,7 @@ void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink) {
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
                  const EpochSink& filtered, const Progress& progress, bool keep_events) {
   const auto [data, filter, belief, start, heading_std_rad] = run_start(flight, heading);
-  const Output output(flight, filter);
+  const Output output(flight, filter, heading.parameters_std.latency_s.value_or(0.0));
   Solution solution;
   solution.heading_std_initial_rad = heading_std_rad;
   for (std::size_t i = 0; i < flight.record_use.size(); ++i) {

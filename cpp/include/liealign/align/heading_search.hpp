@@ -18,7 +18,8 @@
 //            first order of the filter carries, the fit is repeated from there, and the whole circle where it differs by far;
 //   drift    where the latency is unknown and the flight long enough, the drift of the IMU clock about its middle; fine again
 //            with it where it is beyond three of its sigmas, for a drift is applied to the whole log;
-//   density  conditional candidates around the minimum and over the circle: interval, modes, mean (Eq. 61).
+//   density  conditional candidates around the minimum and over the circle: interval, modes, mean (Eq. 61). Where one of them
+//            lies far below the minimum, which outliers can feign, the fit is made again from there.
 // Source: TAES IV-E, DRONES (9)-(12), 3.1, 4.2.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -149,6 +150,7 @@ class HeadingSearch {
   void finish_fit(const std::vector<CandidateScore>& scores);
   void start_fit_about(double heading_rad, double step_rad);
   void refit(const Fit& fit, const FlightParameters& parameters);
+  bool refit_from_lower(const std::vector<double>& costs);
   void ask_smoothed_start();
   void tell_smoothed_start(const CandidateScore& score);
   bool joins_a_fit() const;
@@ -178,7 +180,8 @@ class HeadingSearch {
   std::size_t best_fit_ = 0;
   HeadingPosterior posterior_;
   Stage stage_ = Stage::circle;
-  int corrections_ = 0;  // how often this fit was corrected
+  int corrections_ = 0;   // how often this fit was corrected
+  int lower_refits_ = 0;  // how often a lower candidate was found after all fits
   bool latency_scanned_ = false;
 };
 
