@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "liealign/align/heading_posterior.hpp"
 #include "liealign/estimate/interval_smoother.hpp"
 #include "liealign/estimate/score.hpp"
 
@@ -275,7 +276,7 @@ std::vector<CandidateScore> score_candidates(const AlignmentProblem& problem,
 }
 
 // Always by intervals: where a run starts does not depend on the mechanization.
-StartCorrection smoothed_start(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
+void smooth_start(const AlignmentProblem& problem, const HeadingCandidate& candidate, CandidateScore& score) {
   FlightData data = with_parameters(problem.data, candidate.parameters, problem.t_start_s);
   const auto late = [&](const auto& x) { return x.t_s > problem.t_end_s; };
   std::erase_if(data.fixes, late);
@@ -289,7 +290,8 @@ StartCorrection smoothed_start(const AlignmentProblem& problem, const HeadingCan
   };
   const Belief<Model> smoothed =
       smoothed_at_start(data, filter, start(candidate.start), cursor_at(data.imu(), problem.t_begin_s));
-  return correction_between(start({}).X, smoothed.X);
+  score.start = correction_between(start({}).X, smoothed.X);
+  score.turn_rad = wrap_pi(heading_of(smoothed.X) - candidate.heading_rad);
 }
 
 }  // namespace
@@ -300,7 +302,7 @@ std::vector<CandidateScore> evaluate_candidates(const AlignmentProblem& problem,
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (!candidates[i].smoothed) continue;
     try {
-      scores[i].start = smoothed_start(problem, candidates[i]);
+      smooth_start(problem, candidates[i], scores[i]);
     } catch (const NumericalError&) {  // the start stays as it is
     }
   }

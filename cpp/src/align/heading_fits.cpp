@@ -13,6 +13,8 @@ namespace liealign {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kMostLowerRefits = 3;
+constexpr double kNarrowStep_rad = 0.3 * kDegToRad;
 
 }  // namespace
 
@@ -195,6 +197,12 @@ void HeadingSearch::tell_smoothed_start(const CandidateScore& score) {
   constexpr double kTilt_rad = 0.3 * kDegToRad;  // moves a heading by some 0.01 deg
   constexpr double kFar_rad = 1.5 * kDegToRad;   // where basins may lie elsewhere
   if (!score.start) return next_basin();
+  if (astray(score.turn_rad)) {
+    ++lower_refits_;
+    stage_ = Stage::fine;
+    base_ = fits_.back().parameters;
+    return start_fit_about(fits_.back().heading_rad + score.turn_rad, kNarrowStep_rad);
+  }
   const double tilt_rad =
       std::hypot(score.start->roll_rad - correction_.roll_rad, score.start->pitch_rad - correction_.pitch_rad);
   if (corrections_ == kMost || tilt_rad < kTilt_rad) return next_basin();
@@ -220,13 +228,20 @@ void HeadingSearch::refit(const Fit& fit, const FlightParameters& parameters) {
   start_fit_about(fit.heading_rad, std::min(2.0 * sigma_rad, options_.triple_step_rad));
 }
 
-// Open candidates follow outliers, and can lead to where only outliers agree. From there the gated ones over the circle see what
-// is lower, if not how low.
+// Open candidates follow outliers, and can lead to where only outliers agree. A wide filter with gates finds its own way from
+// there; gated conditional ones do not, for a degree off they lose every fix.
+bool HeadingSearch::astray(double turn_rad) const {
+  constexpr double kLeast_rad = 2.0 * kDegToRad, kSigmas = 5.0;
+  const Fit& fit = fits_.back();
+  return lower_refits_ < kMostLowerRefits && fit.sigma_rad &&
+         std::abs(turn_rad) > std::max(kLeast_rad, kSigmas * *fit.sigma_rad);
+}
+
+// Of the conditional candidates over the circle one may see what is lower, if not how low.
 bool HeadingSearch::refit_from_lower(const std::vector<double>& costs) {
-  constexpr int kMost = 3;
   constexpr double kLower = 10.0;  // nats; samples of the fit itself are above it, but for its own curvature
   const auto lowest = std::min_element(costs.begin(), costs.end());
-  if (lower_refits_ == kMost || !(*lowest < fits_[best_fit_].cost - kLower)) return false;
+  if (lower_refits_ == kMostLowerRefits || !(*lowest < fits_[best_fit_].cost - kLower)) return false;
   ++lower_refits_;
   corrections_ = 0;
   const HeadingCandidate from = asked_[static_cast<std::size_t>(lowest - costs.begin())];

@@ -71,6 +71,7 @@ struct CandidateScore {
   std::size_t fixes = 0;
   std::vector<ScoreTerm> terms = {};
   std::optional<StartCorrection> start = {};  // of a smoothed candidate; absent when its smoother failed
+  double turn_rad = 0.0;                      // of the same: from its heading to that of its smoothed start
 };
 
 // The fixes as the parameters put and weigh them, merged into events again.

@@ -19,7 +19,8 @@
 //   drift    where the latency is unknown and the flight long enough, the drift of the IMU clock about its middle; fine again
 //            with it where it is beyond three of its sigmas, for a drift is applied to the whole log;
 //   density  conditional candidates around the minimum and over the circle: interval, modes, mean (Eq. 61). Where one of them
-//            lies far below the minimum, which outliers can feign, the fit is made again from there.
+//            lies far below the minimum, which outliers can feign, the fit is made again from there; as it is from the
+//            heading of the smoothed start where that is another one.
 // Source: TAES IV-E, DRONES (9)-(12), 3.1, 4.2.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -151,6 +152,7 @@ class HeadingSearch {
   void start_fit_about(double heading_rad, double step_rad);
   void refit(const Fit& fit, const FlightParameters& parameters);
   bool refit_from_lower(const std::vector<double>& costs);
+  bool astray(double turn_rad) const;
   void ask_smoothed_start();
   void tell_smoothed_start(const CandidateScore& score);
   bool joins_a_fit() const;
@@ -181,7 +183,7 @@ class HeadingSearch {
   HeadingPosterior posterior_;
   Stage stage_ = Stage::circle;
   int corrections_ = 0;   // how often this fit was corrected
-  int lower_refits_ = 0;  // how often a lower candidate was found after all fits
+  int lower_refits_ = 0;  // how often a fit was left for what lies lower
   bool latency_scanned_ = false;
 };
 
