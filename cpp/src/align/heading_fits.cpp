@@ -197,15 +197,15 @@ void HeadingSearch::tell_smoothed_start(const CandidateScore& score) {
   constexpr double kTilt_rad = 0.3 * kDegToRad;  // moves a heading by some 0.01 deg
   constexpr double kFar_rad = 1.5 * kDegToRad;   // where basins may lie elsewhere
   if (!score.start) return next_basin();
-  if (astray(score.turn_rad)) {
+  const double tilt_rad =
+      std::hypot(score.start->roll_rad - correction_.roll_rad, score.start->pitch_rad - correction_.pitch_rad);
+  if (corrections_ == kMost || tilt_rad < kTilt_rad) {
+    if (!astray(score.turn_rad)) return next_basin();
     ++lower_refits_;
     stage_ = Stage::fine;
     base_ = fits_.back().parameters;
     return start_fit_about(fits_.back().heading_rad + score.turn_rad, kNarrowStep_rad);
   }
-  const double tilt_rad =
-      std::hypot(score.start->roll_rad - correction_.roll_rad, score.start->pitch_rad - correction_.pitch_rad);
-  if (corrections_ == kMost || tilt_rad < kTilt_rad) return next_basin();
   ++corrections_;
   correction_ = *score.start;
   const Fit fit = fits_.back();
