@@ -74,7 +74,7 @@ format: | $(TEST_TOOLS_READY)
 
 # Simulated flights in numbers take minutes under the sanitizers. Results.* runs one whole flight from file to file instead.
 # The last one builds a program without the sanitizers on the library.
-SLOW_SANITIZED := ^(Alignment|Clock|Consistency|Output|Pipeline|Sbet|Units)\.|^Smoother\.is_better|^Truth\.(Follows|MeanSamples)|^cmake_consumer|Bank\.|StartCorrection\.a_
+SLOW_SANITIZED := ^(Alignment|Clock|Consistency|Output|Pipeline|Sbet|Units)\.|^Smoother\.is_better|^Truth\.(Follows|MeanSamples)|^cmake_consumer|Bank\.|StartCorrection\.a_|^Study\.(gives|nees|gimbal)
 
 # One build for two checks: no warning under clang, no fault under AddressSanitizer and UndefinedBehaviorSanitizer. -O1: at -O0
 # it builds faster, but one whole flight takes minutes. Single threaded: without Debian's libomp clang has no OpenMP.

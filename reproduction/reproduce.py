@@ -21,6 +21,7 @@ from pathlib import Path
 import liealign
 import numpy as np
 
+from glance import at_a_glance
 from section import FIGURES, HERE, ROOT, Json, Section, cache_folder, markdown_table, write_json
 
 # In the order of the page; each is a module with experiment(quick, jobs) -> Section.
@@ -79,6 +80,7 @@ def page(sections: list[Section], tables: bool, jobs: int) -> str:
             machine=f"{cores} cores ({jobs} processes), Python {platform.python_version()}",
             folder=FIGURES,
             tables=f", those of TAES Tables II and III also in {link}" if tables else "",
+            glance=at_a_glance({s.name: s.numbers for s in sections}),
             contents=contents,
             sections="\n".join(parts).rstrip(),
         )
