@@ -66,7 +66,8 @@ def _fig8(n: Json) -> Row:
         "heading alignment (TAES Fig. 8)",
         "below 2 deg within ±20 deg",
         f"{number(near['rms_deg'])} deg rms within ±20 deg; over the circle {number(circle['rms_deg'])}, "
-        f"at most {number(circle['max_deg'])} deg, {percent(circle['in_95_interval'])} % in the 95 % interval",
+        f"at most {number(circle['max_deg'])} deg, {percent(circle['in_95_interval'])} % in the 95 % "
+        "interval",
     )
 
 

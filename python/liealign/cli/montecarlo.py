@@ -89,8 +89,10 @@ def _print(result: ScenarioResult) -> None:
                 name, unit = "gyro_bias", "deg/h"
             row = [f"{value:.5g}" for value in (*rmse[:, c], limit[c])]
             table.add_row(f"{name.replace('_', ' ')}, {unit.replace('mps', 'm/s')}", *row)
-        nees = [f"{result.nees(stage, model).mean:.2f}" for model in result.models]
-        table.add_row("NEES, 15 expected", *nees, "")
+        nees = [result.nees(stage, model) for model in result.models]
+        table.add_row("NEES", *(f"{band.mean:.2f}" for band in nees), "15")
+        if result.count > 1:
+            table.add_row("its 95 % band", *(f"{band.low:.2f} to {band.high:.2f}" for band in nees), "")
         console.print_table(table)
     band = result.nis(result.models[0])
     nis = ", ".join(f"{_MODEL_NAMES['filter'][m]} {result.nis(m).mean:.3f}" for m in result.models)
