@@ -135,13 +135,12 @@ def heading_order(results: dict[str, ScenarioResult]) -> str:
             if r.low > 1.0:
                 behind.append(where)
     said = [
-        f"in heading the Lie model is {word} the MEKF beyond the interval in: {'; '.join(rows)}."
+        f"In heading the Lie model is {word} the MEKF, beyond the interval, in: {'; '.join(rows)}."
         for word, rows in (("ahead of", ahead), ("behind", behind))
         if rows
     ]
     same = 2 * len(results) - len(ahead) - len(behind)
-    text = " ".join([*said, f"in {same} of {2 * len(results)} rows the two are the same."])
-    return text[0].upper() + text[1:]
+    return " ".join([*said, f"In {same} of {2 * len(results)} rows the two are the same."])
 
 
 def stage_times(results: dict[str, ScenarioResult]) -> tuple[str, dict[str, float]]:
