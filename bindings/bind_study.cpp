@@ -1,6 +1,8 @@
 // Floor 7: Monte Carlo runs of a study, their errors as numpy arrays.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <tuple>
 
@@ -49,15 +51,13 @@ std::array<const ErrorSums*, 2> windows(const StageErrors& stage) { return {&sta
 void put_sums(py::dict& d, const std::vector<RunErrors>& runs, py::ssize_t models) {
   const std::vector<py::ssize_t> shape = {models, 2, 2, static_cast<py::ssize_t>(kChannels)};
   double *squares = add_column(d, "squares", runs.size(), shape),
-         *variances = add_column(d, "variances", runs.size(), shape),
-         *largest = add_column(d, "largest", runs.size(), shape);
+         *variances = add_column(d, "variances", runs.size(), shape);
   for (const RunErrors& run : runs) {
     for (const ModelErrors& model : run.models) {
       for (const StageErrors* stage : stages(model)) {
         for (const ErrorSums* sums : windows(*stage)) {
           squares = copy(sums->squares, squares);
           variances = copy(sums->variances, variances);
-          largest = copy(sums->largest, largest);
         }
       }
     }
@@ -65,20 +65,14 @@ void put_sums(py::dict& d, const std::vector<RunErrors>& runs, py::ssize_t model
 }
 
 // A model that failed has no epochs: nan.
-void put_epochs(py::dict& d, const std::vector<RunErrors>& runs, py::ssize_t models, std::size_t times) {
-  const auto count = static_cast<py::ssize_t>(times);
-  double *nees = add_column(d, "nees", runs.size(), {models, 2, count}),
-         *squares = add_column(d, "nees_squares", runs.size(), {models, 2, count, static_cast<py::ssize_t>(kChannels)});
-  ChannelValues absent;
-  absent.fill(std::numeric_limits<double>::quiet_NaN());
+void put_nees(py::dict& d, const std::vector<RunErrors>& runs, py::ssize_t models, std::size_t times) {
+  double* nees = add_column(d, "nees", runs.size(), {models, 2, static_cast<py::ssize_t>(times)});
   for (const RunErrors& run : runs) {
     for (const ModelErrors& model : run.models) {
       for (const StageErrors* stage : stages(model)) {
-        for (std::size_t i = 0; i < times; ++i) {
-          const bool there = i < stage->nees.size();
-          *nees++ = there ? stage->nees[i] : absent[0];
-          squares = copy(there ? stage->squares[i] : absent, squares);
-        }
+        std::fill_n(nees, times, std::numeric_limits<double>::quiet_NaN());
+        std::copy(stage->nees.begin(), stage->nees.end(), nees);
+        nees += times;
       }
     }
   }
@@ -88,16 +82,18 @@ py::dict columns(const StudyCase& study, const Truth& truth, const std::vector<R
   const auto models = static_cast<py::ssize_t>(runs.empty() ? study.models.size() : runs.front().models.size());
   py::dict d;
   put_sums(d, runs, models);
-  put_epochs(d, runs, models, nees_times(study, truth).size());
+  put_nees(d, runs, models, nees_times(study, truth).size());
   const std::size_t n = runs.size();
-  double *seed = add_column(d, "seed", n), *epochs = add_column(d, "epochs", n, {2}),
-         *fixes = add_column(d, "fixes", n), *nis = add_column(d, "mean_nis", n, {models}),
-         *simulate = add_column(d, "simulate_s", n), *align = add_column(d, "align_s", n),
-         *filter = add_column(d, "filter_s", n, {models}), *smoother = add_column(d, "smoother_s", n, {models});
+  py::array_t<std::uint64_t> seed(static_cast<py::ssize_t>(n));
+  d["seed"] = seed;
+  double *epochs = add_column(d, "epochs", n, {2}), *fixes = add_column(d, "fixes", n),
+         *nis = add_column(d, "mean_nis", n, {models}), *simulate = add_column(d, "simulate_s", n),
+         *align = add_column(d, "align_s", n), *filter = add_column(d, "filter_s", n, {models}),
+         *smoother = add_column(d, "smoother_s", n, {models});
   py::list failures;
   for (std::size_t i = 0; i < n; ++i) {
     const RunErrors& run = runs[i];
-    seed[i] = static_cast<double>(run.seed);
+    seed.mutable_at(static_cast<py::ssize_t>(i)) = run.seed;
     epochs[2 * i] = static_cast<double>(run.epochs);
     epochs[2 * i + 1] = static_cast<double>(run.flight_epochs);
     fixes[i] = static_cast<double>(run.fixes);
@@ -144,6 +140,8 @@ void bind_study(py::module_& m) {
   for (const char* name : kStudyChannels) channels.append(name);
   m.attr("STUDY_CHANNELS") = py::tuple(channels);
 
+  m.def("check_study", &check_study, py::arg("study"),
+        "Raises Error for a field of the case itself that is out of range or does not go with another.");
   m.def("study_truth", &study_truth, py::arg("study"), py::call_guard<py::gil_scoped_release>(),
         "The truth that all runs of the case share.\n\nRaises Error for a field out of range.");
   m.def("nees_times", &nees_times, py::arg("study"), py::arg("truth"), "Times that NEES is taken at [s].");
@@ -153,7 +151,7 @@ void bind_study(py::module_& m) {
       "Runs first to first + count - 1 of the case. Arrays by name, one row per run:\n\n"
       "squares, variances, largest (n, models, 2, 2, channels): sums over the epochs, by filter and smoother, then by "
       "whole run and flight;\n"
-      "nees (n, models, 2, times), nees_squares (n, models, 2, times, channels); epochs (n, 2); seed, fixes (n,);\n"
+      "nees (n, models, 2, times); epochs (n, 2); seed, fixes (n,);\n"
       "mean_nis, filter_s, smoother_s (n, models); simulate_s, align_s (n,); failures: a list of (row, model, "
       "text).\n\n"
       "progress(done, total) is called now and then; returning False raises Cancelled. Raises Error.");

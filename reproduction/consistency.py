@@ -64,7 +64,7 @@ def draw(matched: dict[str, ScenarioResult], mismatch: dict[str, ScenarioResult]
             ):
                 r = results[scenario]
                 ax.plot(r.times_s - r.times_s[0] + 10.0, r.nees_at(stage, "lie"), color=color, label=label)
-            low, high = matched[scenario].nees_band_at()
+            low, high = matched[scenario].nees_band_at("lie")
             ax.axhspan(low, high, color="0.85", label="95 % band")
         axes[0][column].set_title(scenario)
         axes[1][column].set_xlabel("time [s]")

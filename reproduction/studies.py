@@ -14,15 +14,9 @@ SCENARIOS = ("helicoidal", "rectangular", "circular")
 MODELS = {"lie": "Lie", "mekf": "MEKF", "euler": "Euler"}
 
 
-def table_1(keys: dict[str, Any] | None = None, scenarios: tuple[str, ...] = SCENARIOS) -> Study:
-    """table1.toml with other keys, in these scenarios alone."""
-    study = make_study(keys or {}, base=read_study(CONFIG))
-    wanted = tuple(
-        entry
-        for entry in study.entries
-        if not entry[0].startswith("scenario.") or entry[0].split(".")[1] in scenarios
-    )
-    return Study(wanted, study.source, study.runs)
+def table_1(keys: dict[str, Any] | None = None) -> Study:
+    """table1.toml with other keys."""
+    return make_study(keys or {}, base=read_study(CONFIG))
 
 
 def settings(keys: dict[str, Any]) -> str:

@@ -393,6 +393,30 @@ TEST(HeadingSearch, a_minimum_of_the_outliers_is_left_for_the_lower_one) {
   }
 }
 
+// Two basins of which the second is the better one, then a lower minimum beside both whose flight was level to degrees only: the
+// whole circle is searched again, and nothing of the fits before it is left.
+TEST(HeadingSearch, a_lower_minimum_may_ask_for_another_start) {
+  bool tilted = false;
+  const HeadingResult r = search_scores(search_options(), [&](const HeadingCandidate& c) {
+    const bool open = !c.gated || c.heading_std_rad > 0;
+    const double first = sinusoidal(c, 5.0, 0.1 * kDeg) + (open ? 0.0 : 6000.0);
+    const double second = sinusoidal(c, 3.0, 0.1 * kDeg) + (open ? 5.0 : 5000.0);
+    const double feigned = std::min(std::min(first, second), 9000.0);
+    CandidateScore score{feigned, 0.02, 5.0, {}, {}, 100};
+    if (!open) score.cost = std::min(feigned, sinusoidal(c, 1.0, 0.1 * kDeg));
+    if (!c.smoothed) return score;
+    score.start.emplace();
+    if (std::abs(wrap_pi(c.heading_rad - 1.0)) < 0.1) {
+      score.start->roll_rad = 2.0 * kDeg;
+      tilted = true;
+    }
+    return score;
+  });
+  EXPECT_TRUE(tilted);
+  EXPECT_NEAR(wrap_pi(r.heading_rad - 1.0) / kDeg, 0.0, 0.005);
+  EXPECT_NEAR(r.start.roll_rad, 2.0 * kDeg, 1e-12);
+}
+
 TEST(HeadingSearch, a_latency_far_from_the_coarse_one_is_found) {
   for (const double wrong : {-0.3, 0.3}) {
     HeadingSearchOptions o = search_options();

@@ -62,7 +62,7 @@ def csv_files(folder: Path) -> dict[str, str]:
 
 
 def test_study_sets_the_fields_that_the_sections_name(study: Study) -> None:
-    assert study.scenarios == ["round", "square"]
+    assert study.scenarios == ("round", "square")
     case = study.case("square")
     assert (case.flight.kind, case.flight.rate_hz, case.flight.line_length_m) == ("rectangular", 50.0, 30.0)
     assert case.imu.accel_turn_on_ug == 400.0
@@ -84,7 +84,16 @@ def test_study_sets_the_fields_that_the_sections_name(study: Study) -> None:
         ("[flight]\nkind = 'loops'", 'kind is "loops"; expected one of: survey'),
         ("[errors.gnss]\nstd_ned_m = [1.0]", "errors.gnss.std_ned_m is [1.0]; expected three numbers"),
         ("[errors.baro]\nstd_m = 1.0", "errors.baro.std_m is 1.0; expected the sections"),
-        ("[filter]\nmodel = 'ukf'", "STUDY.toml:2:1: filter.model"),
+        ("[study]\nrate_hz = -1", "STUDY.toml:2:1: scenario a: study: rate_hz is -1"),
+        ("[study]\nstart = 'guessed'", "STUDY.toml:2:1: scenario a: study: start is"),
+        ("[study]\nmodels = ['ukf']", 'models has "ukf"'),
+        ("[study]\nheading_error_deg = nan", "heading_error_deg"),
+        ("[errors.gnss]\nstd_ned_m = [true, 1, 1]", "expected three numbers"),
+        ("[gnss]\nlever_arm_b_m = [0, 0, 1]", "the lever arm is errors.gnss.l_ba_b"),
+        ("[imu]\ngyro_unit = 'dps'", "STUDY.toml:2:1: imu.gyro_unit does not belong to a study"),
+        ("[output]\nfiltered = true", "output.filtered does not belong to a study"),
+        ("[filter]\nmodel = 'euler'", "the filters are study.models"),
+        ("[filter]\ngravity = 'flat'", "STUDY.toml:2:1: filter.gravity"),
         ("[imu]\nmodle = 'adis16495'", 'unknown key "imu.modle"; did you mean "imu.model"'),
     ],
 )
@@ -95,6 +104,61 @@ def test_what_cannot_be_used_is_refused_with_its_place(tmp_path: Path, line: str
         read_study(path)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_section_without_a_key_is_a_scenario(tmp_path: Path) -> None:
+    path = tmp_path / "STUDY.toml"
+    path.write_text('[flight]\nkind = "circles"\n[scenario.plain]\n[scenario.fast]\nspeed_mps = 8.0\n')
+    study = read_study(path)
+    assert study.scenarios == ("plain", "fast")
+    assert study.case("plain").flight.kind == study.case("fast").flight.kind == "circles"
+
+
+def test_other_keys_leave_order_and_seeds_as_they_are(study: Study) -> None:
+    other = make_study({"scenario.round.speed_mps": 5.0, "scenario.last.kind": "lines"}, base=study)
+    assert other.scenarios == (*study.scenarios, "last")
+    assert [other.case(name).seed for name in study.scenarios] == [1, 1_000_001]
+    assert other.case("round").flight.speed_mps == 5.0
+
+
+def test_the_filters_are_told_the_latency_of_the_fixes() -> None:
+    late = make_study({"scenario.a.kind": "circles", "errors.gnss.latency_s": 0.2, "study.models": ["lie"]})
+    nis = run_study(make_study({"flight.rate_hz": 50.0, "flight.duration_s": 120.0}, base=late), 1)["a"].nis(
+        "lie"
+    )
+    assert 2.0 < nis.mean < 4.0
+
+
+def test_a_flight_that_no_run_can_start_is_refused() -> None:
+    never_at_rest = make_study(
+        {
+            "scenario.a.kind": "circles",
+            "flight.rate_hz": 50.0,
+            "flight.duration_s": 120.0,
+            "align.start": "static",
+            "rest.min_duration_s": 200.0,
+        }
+    )
+    with pytest.raises(ConfigError, match=r"for the bound, fails: align\.start is"):
+        run_study(never_at_rest, 1)
+
+
+def test_a_parked_scenario_without_fixes_has_what_there_is(tmp_path: Path, cli: Cli) -> None:
+    toml = tmp_path / "STUDY.toml"
+    toml.write_text(
+        '[study]\nstart = "drawn"\nmodels = ["lie"]\n[scenario.a]\nkind = "parked"\n'
+        "[flight]\nrate_hz = 20.0\nduration_s = 30.0\n[errors.gnss]\nrate_hz = 0.0001\n"
+    )
+    outcome = cli("montecarlo", str(toml), "-n", "1", "-o", "out")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "over the whole run" in outcome.out
+    assert (tmp_path / "out" / "runs.csv").is_file()
+
+
+@pytest.mark.parametrize("runs", [0, -1])
+def test_fewer_runs_than_one_are_refused(study: Study, runs: int) -> None:
+    with pytest.raises(ConfigError, match="expected a whole number, 1 or more"):
+        run_study(study, runs)
 
 
 def test_a_study_without_scenario_or_with_one_that_cannot_fly_is_refused(tmp_path: Path) -> None:
@@ -173,9 +237,9 @@ def test_a_failed_filter_is_left_out_of_its_own_numbers_alone(results: dict[str,
     np.testing.assert_allclose(with_failure.rmse("filter", "whole")[1], expected)
     np.testing.assert_array_equal(with_failure.rmse("filter", "whole")[0], r.rmse("filter", "whole")[0])
     ratio = with_failure.paired_ratio("filter", "whole", "roll_deg", "lie", "mekf")
+    assert np.isnan(ratio.low)  # six runs are too few for an interval
     squares = r.runs["squares"][kept][:, :2, 0, 0, 0].sum(axis=0)
     assert ratio.ratio == pytest.approx(np.sqrt(squares[0] / squares[1]))
-    assert ratio.low <= ratio.ratio <= ratio.high
 
 
 @pytest.mark.parametrize("degrees", [30.0, 450.0, 4500.0])
@@ -207,6 +271,11 @@ def test_nees_and_nis_of_the_matched_noise_lie_in_their_bands() -> None:
         assert r.nees_share_inside(stage, "lie") > 0.6
     nis = r.nis("lie")
     assert abs(nis.mean - 3.0) < 1.5 * (nis.high - 3.0)
+    for ratio in (
+        r.rmse_over_limit("smoother", "flight", "position_m"),
+        r.paired_ratio("filter", "flight", "roll_deg", "lie", "lie"),
+    ):
+        assert ratio.low <= ratio.ratio <= ratio.high
 
 
 # ---- a cluster ---------------------------------------------------------------------------------------------

@@ -214,6 +214,7 @@ void HeadingSearch::tell_smoothed_start(const CandidateScore& score) {
     circle_start_ = correction_;
     basins_.clear();
     fits_.clear();
+    best_fit_ = 0;
     start_whole_circle(fit.parameters);
   } else {
     refit(fit, fit.parameters);
@@ -237,27 +238,37 @@ bool HeadingSearch::astray(double turn_rad) const {
          std::abs(turn_rad) > std::max(kLeast_rad, kSigmas * *fit.sigma_rad);
 }
 
-// Of the conditional candidates over the circle one may see what is lower, if not how low.
+// Of the conditional candidates over the circle one may see what is lower, if not how low. What belongs to the minimum that is
+// left, the drift of the clock above all, is found again.
 bool HeadingSearch::refit_from_lower(const std::vector<double>& costs) {
   constexpr double kLower = 10.0;  // nats; samples of the fit itself are above it, but for its own curvature
   const auto lowest = std::min_element(costs.begin(), costs.end());
   if (lower_refits_ == kMostLowerRefits || !(*lowest < fits_[best_fit_].cost - kLower)) return false;
+  const HeadingCandidate from = asked_[static_cast<std::size_t>(lowest - costs.begin())];
+  if (lies_in_a_fit(from.heading_rad)) return false;
   ++lower_refits_;
   corrections_ = 0;
-  const HeadingCandidate from = asked_[static_cast<std::size_t>(lowest - costs.begin())];
+  drift_.reset();
+  drift_std_.reset();
+  FlightParameters parameters = from.parameters;
+  parameters.latency_s += 0.5 * options_.span_s * parameters.clock_drift;
+  parameters.clock_drift = 0.0;
   Fit fit = fits_[best_fit_];
   fit.heading_rad = from.heading_rad;
   fit.settled = false;
-  refit(fit, from.parameters);
+  refit(fit, parameters);
   return true;
+}
+
+bool HeadingSearch::lies_in_a_fit(double heading_rad) const {
+  return std::any_of(fits_.begin(), fits_.end(), [&](const Fit& fit) {
+    return fit.settled && std::abs(wrap_pi(heading_rad - fit.heading_rad)) < 3.0 * fit.sigma_rad.value_or(0.0);
+  });
 }
 
 // A later basin may lead to where an earlier one has led.
 bool HeadingSearch::joins_a_fit() const {
-  const double heading = surface_ ? surface_->surface().minimum[0] : line_->best().x;
-  return std::any_of(fits_.begin(), fits_.end(), [&](const Fit& fit) {
-    return fit.settled && std::abs(wrap_pi(heading - fit.heading_rad)) < 3.0 * fit.sigma_rad.value_or(0.0);
-  });
+  return lies_in_a_fit(surface_ ? surface_->surface().minimum[0] : line_->best().x);
 }
 
 void HeadingSearch::next_basin() {

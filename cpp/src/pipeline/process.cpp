@@ -38,7 +38,7 @@ struct Output {
   const OutputConfig& config;
   OutputFrame frame;
   double gyro_arw;
-  double latency_variance;  // s^2, of an estimated latency, which is one for the whole flight
+  double latency_variance;  // s^2, of an estimated latency; at the start where the clock drifts
 
   Output(const PreparedFlight& flight, const FilterOptions& filter, double latency_std_s)
       : imu(flight.data.imu()),

@@ -98,7 +98,6 @@ void add(const ChannelValues& errors, const ChannelValues& variances, ErrorSums&
   for (std::size_t c = 0; c < errors.size(); ++c) {
     sums.squares[c] += errors[c] * errors[c];
     sums.variances[c] += variances[c];
-    sums.largest[c] = std::max(sums.largest[c], std::abs(errors[c]));
   }
 }
 
@@ -156,6 +155,12 @@ struct Recorder : SilentVisitor<Model> {
   }
 };
 
+// The start itself where it is on a stamp of the IMU, else the stamp after it.
+std::size_t first_epoch(const StudyStart& start) {
+  const std::size_t k = start.cursor.k;
+  return start.data.imu()[k - 1].t_s == start.cursor.t_s ? k - 1 : k;
+}
+
 constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
 
 template <typename Model>
@@ -171,8 +176,8 @@ ModelErrors run_model(const StudyStart& start, const Reference& reference) {
   Recorder<Model> recorder(reference, errors.filter);
   Belief<Model> belief = belief_in<Model>(start.belief);
   recorder.checkpoints.push_back({belief, start.cursor, belief});
-  const std::size_t first = start.cursor.k - 1;
-  if (reference.epochs.wanted(first)) recorder.held = {first, belief};
+  if (const std::size_t first = first_epoch(start); first < start.cursor.k && reference.epochs.wanted(first))
+    recorder.held = {first, belief};
   forward_pass(start.data, start.filter, belief, start.cursor, imu.back().t_s, recorder);
   recorder.flush();
   errors.mean_nis = recorder.nis / static_cast<double>(std::max<std::size_t>(recorder.fixes, 1));
@@ -200,23 +205,37 @@ ModelErrors run_model(const std::string& name, const StudyStart& start, const Re
 }
 
 RunErrors errors_of_run(const StudyCase& study, const Truth& truth, std::uint64_t seed, bool perfect) {
-  const StudyRun run = study_run(study, truth, seed, perfect);
-  const Reference reference{truth, run.sensors, Epochs(study, truth)};
+  const std::vector<std::string> models = perfect ? std::vector<std::string>{"lie"} : study.models;
   RunErrors errors;
   errors.seed = seed;
+  StudyRun run;
+  const auto fail = [&](const char* why) {
+    errors.models.assign(models.size(), {});
+    for (ModelErrors& model : errors.models) model.failure = why;
+    return errors;
+  };
+  try {
+    run = study_run(study, truth, seed, perfect);
+  } catch (const InputError& error) {
+    return fail(error.what());
+  } catch (const NumericalError& error) {
+    return fail(error.what());
+  }
+  const Reference reference{truth, run.sensors, Epochs(study, truth)};
   errors.simulate_s = run.simulate_s;
   errors.align_s = run.align_s;
-  errors.fixes = run.start.data.fixes.size();
+  const std::vector<Event>& events = run.start.data.events;
+  errors.fixes = static_cast<std::size_t>(std::count_if(events.begin(), events.end(), [&](const Event& e) {
+    return e.kind == Event::Kind::fix && e.t_s > run.start.cursor.t_s;
+  }));
   // As the smoother gives them: from the start to the last event.
-  const double end_s = run.start.data.events.empty() ? run.start.cursor.t_s : run.start.data.events.back().t_s;
-  for (std::size_t k = run.start.cursor.k - 1; k < truth.epochs.size() && truth.epochs[k].t_s <= end_s; ++k) {
+  const double end_s = events.empty() ? run.start.cursor.t_s : events.back().t_s;
+  for (std::size_t k = first_epoch(run.start); k < truth.epochs.size() && truth.epochs[k].t_s <= end_s; ++k) {
     if (!reference.epochs.counted(k)) continue;
     ++errors.epochs;
     if (reference.epochs.flying(k)) ++errors.flight_epochs;
   }
-  const std::vector<std::string> only_lie = {"lie"};
-  for (const std::string& model : perfect ? only_lie : study.models)
-    errors.models.push_back(run_model(model, run.start, reference));
+  for (const std::string& model : models) errors.models.push_back(run_model(model, run.start, reference));
   return errors;
 }
 
@@ -243,7 +262,10 @@ std::vector<RunErrors> run_study(const StudyCase& study, const Truth& truth, std
 }
 
 RunErrors study_bound(const StudyCase& study, const Truth& truth) {
-  return errors_of_run(study, truth, study.seed, true);
+  RunErrors errors = errors_of_run(study, truth, study.seed, true);
+  const std::string& failure = errors.models.front().failure;
+  if (!failure.empty()) throw Error("study: the run without errors, for the bound, fails: " + failure);
+  return errors;
 }
 
 }  // namespace liealign

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/study/study_case.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
@@ -23,32 +25,13 @@ void require_word(const char* name, const std::string& word, const char* one, co
   throw Error(std::string("study: ") + name + " is \"" + word + "\"; expected \"" + one + "\" or \"" + other + "\"");
 }
 
-void check(const StudyCase& s) {
-  require_word("start", s.start, "aligned", "drawn");
-  require_word("biases", s.biases, "ornstein_uhlenbeck", "random_walk");
-  require_word("mechanization", s.mechanization, "exact", "paper");
-  const auto positive = [](const char* name, double value) {
-    if (value > 0.0 && std::isfinite(value)) return;
-    throw Error(std::string("study: ") + name + " is " + std::to_string(value) + "; expected a finite number above 0");
-  };
-  positive("rate_hz", s.rate_hz);
-  positive("nees_interval_s", s.nees_interval_s);
-  positive("position_std_m", s.position_std_m);
-  if (s.models.empty()) throw Error("study: models is empty; expected some of \"lie\", \"mekf\", \"euler\"");
-  for (const std::string& model : s.models) {
-    if (model != "lie" && model != "mekf" && model != "euler")
-      throw Error("study: models has \"" + model + "\"; expected some of \"lie\", \"mekf\", \"euler\"");
-  }
-  if (s.heading_error_deg && s.start != "drawn")
-    throw Error("study: heading_error_deg is given and start is \"aligned\"; it belongs to start = \"drawn\"");
-  if (s.start == "aligned" && s.biases == "random_walk")
-    throw Error("study: biases = \"random_walk\" goes with start = \"drawn\", whose P_0 the first bias is drawn from");
-  if (s.mechanization == "paper" && s.flight.oversample != 1)
-    throw Error("study: mechanization = \"paper\" is its own truth with oversample = 1 only, and oversample is " +
-                std::to_string(s.flight.oversample));
-  if (s.start == "aligned" && s.flight.oversample == 1)
-    throw Error(
-        "study: start = \"aligned\" takes the IMU as a log of means; expected an oversample above 1, such as 4");
+[[noreturn]] void refuse(const char* name, double value, const char* allowed) {
+  throw Error(std::string("study: ") + name + " is " + std::to_string(value) + "; expected " + allowed);
+}
+
+void require_whole(double ratio, const char* name, double value, const char* allowed) {
+  constexpr double kSlack = 1e-6;  // rates are given in decimals
+  if (ratio < 1.0 - kSlack || std::abs(ratio - std::round(ratio)) > kSlack * ratio) refuse(name, value, allowed);
 }
 
 // X_true = X_hat exp(eps), and the biases of the truth where they are drawn.
@@ -113,7 +96,9 @@ StudyStart drawn_start(const StudyCase& study, const Config& config, const Truth
   start.data.samples = std::make_shared<const ImuSeries>(std::move(imu));
   start.data.l_ba_b = study.gnss.l_ba_b;
   for (std::size_t i = 0; i < sensors.gnss.size(); ++i)
-    start.data.fixes.push_back(fix_from_record(sensors.gnss[i], i, config, study.gnss.latency_s, 1.0));
+    start.data.fixes.push_back(fix_from_record(sensors.gnss[i], i, config,
+                                               config.gnss.latency_s.value_or(kUnestimatedLatency_s),
+                                               config.gnss.std_scale.value_or(kUnestimatedScale)));
   merge_events(start.data);
   start.filter = filter_options(config);
   const NavState<double> error = NavState<double>::exp(drawn.eps);
@@ -133,8 +118,44 @@ StudyStart aligned_start(const Config& config, const StudySensors& sensors) {
 
 }  // namespace
 
+void check_study(const StudyCase& s) {
+  require_word("start", s.start, "aligned", "drawn");
+  require_word("biases", s.biases, "ornstein_uhlenbeck", "random_walk");
+  require_word("mechanization", s.mechanization, "exact", "paper");
+  for (const auto& [name, value] : {std::pair{"rate_hz", s.rate_hz}, std::pair{"nees_interval_s", s.nees_interval_s},
+                                    std::pair{"position_std_m", s.position_std_m}}) {
+    if (!(value > 0.0) || !std::isfinite(value)) refuse(name, value, "a finite number above 0");
+  }
+  require_whole(s.flight.rate_hz / s.rate_hz, "rate_hz", s.rate_hz, "a whole part of the IMU's rate");
+  require_whole(s.flight.rate_hz * s.nees_interval_s, "nees_interval_s", s.nees_interval_s,
+                "a whole number of IMU samples");
+  if (s.track.empty() && s.nees_interval_s > s.flight.duration_s)
+    refuse("nees_interval_s", s.nees_interval_s, "no more than the flight");
+  if (s.models.empty()) throw Error("study: models is empty; expected some of \"lie\", \"mekf\", \"euler\"");
+  for (const std::string& model : s.models) {
+    if (model != "lie" && model != "mekf" && model != "euler")
+      throw Error("study: models has \"" + model + "\"; expected some of \"lie\", \"mekf\", \"euler\"");
+    if (std::count(s.models.begin(), s.models.end(), model) > 1)
+      throw Error("study: models has \"" + model + "\" twice; expected each once");
+  }
+  if (s.heading_error_deg && s.start != "drawn")
+    throw Error("study: heading_error_deg is given and start is \"aligned\"; it belongs to start = \"drawn\"");
+  if (!std::isfinite(s.heading_error_deg.value_or(0.0)))
+    refuse("heading_error_deg", *s.heading_error_deg, "a finite number");
+  if (s.start == "aligned" && s.biases == "random_walk")
+    throw Error("study: biases = \"random_walk\" goes with start = \"drawn\", whose P_0 the first bias is drawn from");
+  if (s.start == "aligned" && s.mechanization == "paper")
+    throw Error("study: mechanization = \"paper\" goes with start = \"drawn\"");
+  if (s.mechanization == "paper" && s.flight.oversample != 1)
+    throw Error("study: mechanization = \"paper\" is its own truth with oversample = 1 only, and oversample is " +
+                std::to_string(s.flight.oversample));
+  if (s.start == "aligned" && s.flight.oversample == 1)
+    throw Error(
+        "study: start = \"aligned\" takes the IMU as a log of means; expected an oversample above 1, such as 4");
+}
+
 Truth study_truth(const StudyCase& study) {
-  check(study);
+  check_study(study);
   const Mechanization kind = study.mechanization == "paper" ? Mechanization::paper : Mechanization::exact;
   if (!study.track.empty())
     return track_truth(study.track, study.flight.rate_hz, study.flight.oversample, kind, GravityModel::normal);
@@ -142,7 +163,7 @@ Truth study_truth(const StudyCase& study) {
 }
 
 StudyRun study_run(const StudyCase& study, const Truth& truth, std::uint64_t seed, bool perfect) {
-  check(study);
+  check_study(study);
   Config config = study.config;
   config.gnss.lever_arm_b_m = {study.gnss.l_ba_b.x(), study.gnss.l_ba_b.y(), study.gnss.l_ba_b.z()};
   StudyRun run;

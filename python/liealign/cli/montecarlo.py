@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -77,12 +78,18 @@ def _count(text: str | None, default: int) -> int:
 
 def _print(result: ScenarioResult) -> None:
     console.say("scenario", f"{result.name}, {result.count} runs")
+    window = "flight" if result.runs["epochs"][:, 1].any() else "whole"
     for stage in STAGES:
-        table = Table(f"{stage}, rms in flight", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+        table = Table(
+            f"{stage}, rms {'in flight' if window == 'flight' else 'over the whole run'}",
+            box=None,
+            pad_edge=False,
+            padding=(0, 2, 0, 0),
+        )
         for model in result.models:
             table.add_column(_MODEL_NAMES[stage][model], justify="right", no_wrap=True)
         table.add_column("limit", justify="right", no_wrap=True)
-        rmse, limit = result.rmse(stage, "flight"), result.limit(stage, "flight")
+        rmse, limit = result.rmse(stage, window), result.limit(stage, window)
         for c, channel in enumerate(CHANNELS):
             name, _, unit = channel.rpartition("_")
             if channel == "gyro_bias_deg_h":
@@ -91,7 +98,7 @@ def _print(result: ScenarioResult) -> None:
             table.add_row(f"{name.replace('_', ' ')}, {unit.replace('mps', 'm/s')}", *row)
         nees = [result.nees(stage, model) for model in result.models]
         table.add_row("NEES", *(f"{band.mean:.2f}" for band in nees), "15")
-        if result.count > 1:
+        if all(isfinite(band.low) for band in nees):
             table.add_row("its 95 % band", *(f"{band.low:.2f} to {band.high:.2f}" for band in nees), "")
         console.print_table(table)
     band = result.nis(result.models[0])

@@ -7,7 +7,8 @@ same, of one; or `trajectory`, a file that is flown instead), `[errors.gnss]` (`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -24,9 +25,6 @@ from liealign.track import Track, read_trajectory
 if TYPE_CHECKING:
     from liealign._core import Entry
 
-# What the filters are told, unless STUDY.toml has another word: latency and scales are given, so that nothing
-# is searched but the heading.
-GIVEN = {"gnss.latency_s": 0.0, "imu.noise_scale": 1.0, "gnss.std_scale": 1.0}
 RUNS = 100
 
 # Scenarios do not share the seeds of their runs: what one of them shows, the others need not show as well.
@@ -34,6 +32,19 @@ _SEEDS_APART = 1_000_000
 
 # Fields of StudyCase that are sections of their own.
 _PARTS = ("flight", "gnss", "imu", "config")
+
+# Keys of FLIGHT.toml that say something of logs and of results, which a study has not, and what to do.
+_NOT_HERE = {
+    **dict.fromkeys(("imu.file", "gnss.file", "gnss.week"), "a study reads no logs; drop the key"),
+    **dict.fromkeys(
+        ("imu.sample", "imu.gyro_unit", "imu.accel_unit", "imu.axes", "imu.mounting_rpy_deg"),
+        "simulated samples are means in SI along the body axes; drop the key",
+    ),
+    "gnss.lever_arm_b_m": "the lever arm is errors.gnss.l_ba_b",
+    "filter.model": "the filters are study.models",
+}
+# With a trajectory, of the flight: how often it is sampled.
+_OF_TRACK = ("rate_hz", "oversample")
 
 
 @dataclass(frozen=True)
@@ -48,6 +59,8 @@ class Study:
         Its name, for messages.
     runs
         Of each scenario.
+    scenarios
+        Their names, in the order of the file.
     tracks
         Of the scenarios that fly along a file.
     """
@@ -55,14 +68,8 @@ class Study:
     entries: tuple[Entry, ...]
     source: str
     runs: int
+    scenarios: tuple[str, ...]
     tracks: Mapping[str, Track] = field(default_factory=dict)
-
-    @property
-    def scenarios(self) -> list[str]:
-        """Names, in the order of the file."""
-        return list(
-            dict.fromkeys(key.split(".")[1] for key, *_ in self.entries if key.startswith("scenario."))
-        )
 
     def case(self, scenario: str) -> StudyCase:
         """Return the engine's case of that scenario.
@@ -72,36 +79,65 @@ class Study:
         ConfigError
             `STUDY.toml:line:column: ...` for a key or value that cannot be used.
         """
-        case = StudyCase(config=make_config(GIVEN))
+        case = StudyCase()
         drone, gnss, imu = case.flight, case.gnss, case.imu
         engine: list[Entry] = []
         for key, value, line, column in self.entries:
             place = _Place(self.source, key, value, line, column)
             section, _, name = key.rpartition(".")
+            first = section.partition(".")[0]
             if section == "study":
                 if name != "runs":
                     _set(case, name, place, without=_PARTS)
-            elif section.startswith("scenario.") and name == "trajectory":
-                continue
-            elif section in ("flight", f"scenario.{scenario}"):
-                _set(drone, name, place)
             elif section == "errors.gnss":
                 _set(gnss, name, place)
             elif section == "errors.imu":
                 _set(imu, name, place)
-            elif section.partition(".")[0] in ("scenario", "errors"):
-                if section.partition(".")[0] == "errors" or section.count(".") != 1:
-                    raise ConfigError(
-                        place.refused("the sections [errors.gnss], [errors.imu] and [scenario.NAME]")
-                    )
+            elif section == "flight" or (first == "scenario" and section.count(".") == 1):
+                if section in ("flight", f"scenario.{scenario}") and not self._is_track(section, name, place):
+                    _set(drone, name, place)
+            elif first in ("scenario", "errors"):
+                raise ConfigError(
+                    place.refused("the sections [errors.gnss], [errors.imu] and [scenario.NAME]")
+                )
+            elif key in _NOT_HERE or first == "output":
+                why = _NOT_HERE.get(key, "a study writes no trajectories; drop the key")
+                raise ConfigError(f"{place.where()}{key} does not belong to a study: {why}")
             else:
                 engine.append((key, value, line, column))
         case.flight, case.gnss, case.imu = drone, gnss, imu
         if track := self.tracks.get(scenario):
             case.set_track(track.time_s, track.lat_deg, track.lon_deg, track.height_m, track.rpy_deg)
         case.seed += _SEEDS_APART * self.scenarios.index(scenario)
-        case.config = _core.apply_config(case.config, engine, self.source)
+        # Given, unless STUDY.toml has another word, so that nothing is searched but the heading.
+        given = {"gnss.latency_s": gnss.latency_s, "imu.noise_scale": 1.0, "gnss.std_scale": 1.0}
+        case.config = _core.apply_config(make_config(given), engine, self.source)
+        self._check(case, scenario)
         return case
+
+    def _is_track(self, section: str, name: str, place: _Place) -> bool:
+        """Whether this is the name of a file; its scenario may only say besides how often it is sampled."""
+        scenario = section.removeprefix("scenario.")
+        if section != "flight" and scenario in self.tracks and name not in (*_OF_TRACK, "trajectory"):
+            raise ConfigError(
+                f"{place.where()}{place.key} does not go with scenario.{scenario}.trajectory, which is flown "
+                f"as it is; drop one of the two"
+            )
+        return section != "flight" and name == "trajectory"
+
+    def _check(self, case: StudyCase, scenario: str) -> None:
+        """Refuse what the engine refuses, with the place of the key that it names."""
+        try:
+            _core.check_study(case)
+        except _core.Error as error:
+            words = str(error).removeprefix("study: ").split()
+            places = (
+                _Place(self.source, key, value, line, column)
+                for key, value, line, column in self.entries
+                if key == f"study.{words[0]}"
+            )
+            where = next((place.where() for place in places), f"{self.source}: " if self.source else "")
+            raise ConfigError(f"{where}scenario {scenario}: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -125,13 +161,17 @@ def _fields(owner: Any) -> Iterator[str]:
     return (name for name, member in vars(type(owner)).items() if isinstance(member, property))
 
 
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float | int) and not isinstance(value, bool)
+
+
 _KINDS: tuple[tuple[type | tuple[type, ...], str, Callable[[Any], bool]], ...] = (
     (bool, "true or false", lambda v: isinstance(v, bool)),
     (int, "a whole number, 0 or more", lambda v: isinstance(v, int) and not isinstance(v, bool) and v >= 0),
-    ((float, type(None)), "a number", lambda v: isinstance(v, float | int) and not isinstance(v, bool)),
+    ((float, type(None)), "a number", lambda v: _is_number(v)),
     (str, "a text", lambda v: isinstance(v, str)),
     (list, "a list of texts", lambda v: isinstance(v, list) and all(isinstance(w, str) for w in v)),
-    (np.ndarray, "three numbers", lambda v: isinstance(v, list) and len(v) == 3),
+    (np.ndarray, "three numbers", lambda v: isinstance(v, list) and len(v) == 3 and all(map(_is_number, v))),
 )
 
 
@@ -158,7 +198,7 @@ def _set(owner: Any, name: str, place: _Place, without: tuple[str, ...] = ()) ->
         raise ConfigError(place.refused(expected)) from None
 
 
-def _made(entries: list[Entry], source: str) -> Study:
+def _made(entries: list[Entry], source: str, scenarios: Iterable[str]) -> Study:
     runs = RUNS
     for key, value, line, column in entries:
         if key == "study.runs":
@@ -167,7 +207,7 @@ def _made(entries: list[Entry], source: str) -> Study:
                     _Place(source, key, value, line, column).refused("a whole number, 1 or more")
                 )
             runs = value
-    study = Study(tuple(entries), source, runs, _tracks(entries, source))
+    study = Study(tuple(entries), source, runs, tuple(scenarios), _tracks(entries, source))
     if not study.scenarios:
         where = f"{source}: " if source else ""
         raise ConfigError(
@@ -177,6 +217,11 @@ def _made(entries: list[Entry], source: str) -> Study:
     for scenario in study.scenarios:
         study.case(scenario)
     return study
+
+
+def _named(entries: Iterable[Entry]) -> list[str]:
+    """Scenarios that a key names."""
+    return [key.split(".")[1] for key, *_ in entries if key.startswith("scenario.") and key.count(".") > 1]
 
 
 def _tracks(entries: list[Entry], source: str) -> dict[str, Track]:
@@ -201,7 +246,12 @@ def read_study(toml: str | PathLike[str]) -> Study:
     ConfigError
         `STUDY.toml:line:column: ...` when it is not valid TOML, or for a key or value that cannot be used.
     """
-    return _made(read_toml_entries(Path(toml)), str(toml))
+    path = Path(toml)
+    entries = read_toml_entries(path)
+    # A section without a key has no entry.
+    sections = tomllib.loads(path.read_text(encoding="utf-8-sig")).get("scenario", {})
+    names = [name for name, fields in sections.items() if isinstance(fields, dict)]
+    return _made(entries, str(toml), names)
 
 
 def make_study(keys: Mapping[str, Any], *, base: Study | None = None) -> Study:
@@ -219,5 +269,11 @@ def make_study(keys: Mapping[str, Any], *, base: Study | None = None) -> Study:
     ConfigError
         For a key or value that cannot be used.
     """
-    old = [entry for entry in (base.entries if base else ()) if entry[0] not in keys]
-    return _made([*old, *((key, value, 0, 0) for key, value in keys.items())], base.source if base else "")
+    entries = [
+        (key, keys[key], 0, 0) if key in keys else (key, value, line, column)
+        for key, value, line, column in (base.entries if base else ())
+    ]
+    there = {key for key, *_ in entries}
+    entries += [(key, value, 0, 0) for key, value in keys.items() if key not in there]
+    names = dict.fromkeys((*(base.scenarios if base else ()), *_named(entries)))
+    return _made(entries, base.source if base else "", names)

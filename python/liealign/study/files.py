@@ -65,11 +65,17 @@ def _summary(result: ScenarioResult) -> dict[str, Any]:
     summary["failures"] = [
         {"run": run, "model": result.models[model], "error": text} for run, model, text in result.failures
     ]
+    good = result.good()
     summary["mean_seconds"] = {
         "simulate": float(result.runs["simulate_s"].mean()),
         "start": float(result.runs["align_s"].mean()),
-        "filter": dict(zip(result.models, result.runs["filter_s"].mean(axis=0).tolist(), strict=True)),
-        "smoother": dict(zip(result.models, result.runs["smoother_s"].mean(axis=0).tolist(), strict=True)),
+        **{
+            stage: {
+                model: float(result.runs[f"{stage}_s"][good[:, i], i].mean()) if good[:, i].any() else None
+                for i, model in enumerate(result.models)
+            }
+            for stage in STAGES
+        },
     }
     return summary
 
@@ -131,15 +137,16 @@ def _run_rows(results: dict[str, ScenarioResult]) -> Iterable[list[Any]]:
                 yield [*head, *[""] * (2 + 2 * len(CHANNELS))]
                 continue
             sums = np.concatenate([r["squares"][run, m, s, w], r["variances"][run, m, s, w]])
-            nees = np.nanmean(r["nees"][run, m, s])
+            at_times = r["nees"][run, m, s]
+            nees = np.nanmean(at_times) if np.isfinite(at_times).any() else np.nan
             yield [*head, *map(_number, (r["mean_nis"][run, m], nees, *np.sqrt(sums / epochs)))]
 
 
 def _nees_rows(results: dict[str, ScenarioResult]) -> Iterable[list[Any]]:
     yield ["scenario", "model", "stage", "time_s", "mean_nees", "low", "high"]
     for name, result in results.items():
-        band = [_number(limit) for limit in result.nees_band_at()]
         for model in result.models:
+            band = [_number(limit) for limit in result.nees_band_at(model)]
             for stage in STAGES:
                 nees = result.nees_at(stage, model)
                 for time, mean in zip(result.times_s, nees, strict=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -18,6 +19,8 @@ WINDOWS = ("whole", "flight")
 _STATES = 15
 _MEASURED = 3
 _RESAMPLES = 2000
+# Runs that an interval or a band from their spread wants; with fewer it would be one of chance.
+_FEWEST = 10
 
 
 class Band(NamedTuple):
@@ -112,13 +115,14 @@ class ScenarioResult:
     def limit(self, stage: str, window: str) -> Array:
         """Return (channels,): the bound of (Eq. 68), the Lie model's covariance along the truth."""
         s, w = STAGES.index(stage), WINDOWS.index(window)
-        bound: Array = np.sqrt(self.bound["variances"][0, 0, s, w] / self.bound["epochs"][0, w])
+        with np.errstate(invalid="ignore"):
+            bound: Array = np.sqrt(self.bound["variances"][0, 0, s, w] / self.bound["epochs"][0, w])
         return bound
 
     def paired_ratio(self, stage: str, window: str, channel: str, model: str, other: str) -> Ratio:
         """Return the RMSE of `model` over that of `other`, over the runs that both went through.
 
-        The interval is from a bootstrap over these runs, with a fixed seed.
+        The interval is from a bootstrap over these runs, with a fixed seed; NaN for less than ten.
         """
         s, w, c = STAGES.index(stage), WINDOWS.index(window), CHANNELS.index(channel)
         pair = [self.models.index(model), self.models.index(other)]
@@ -126,10 +130,8 @@ class ScenarioResult:
         a, b = self.runs["squares"][both][:, pair, s, w, c].T
         if a.size == 0:
             return Ratio(np.nan, np.nan, np.nan)
-        draws = np.random.default_rng(1).integers(0, a.size, (_RESAMPLES, a.size))
-        ratios = np.sqrt(a[draws].sum(axis=1) / b[draws].sum(axis=1))
-        low, high = np.percentile(ratios, [2.5, 97.5])
-        return Ratio(float(np.sqrt(a.sum() / b.sum())), float(low), float(high))
+        interval = _resampled(lambda draws: np.sqrt(a[draws].sum(axis=1) / b[draws].sum(axis=1)), a.size)
+        return Ratio(float(np.sqrt(a.sum() / b.sum())), *interval)
 
     def rmse_over_limit(self, stage: str, window: str, channel: str, model: str = "lie") -> Ratio:
         """Return the RMSE over the bound, with its 95 % interval (bootstrap, fixed seed)."""
@@ -142,9 +144,10 @@ class ScenarioResult:
         good = self.good()[:, m]
         squares = self.runs["squares"][good, m, s, w, c] / self.runs["epochs"][good, w]
         limit = float(self.limit(stage, window)[c])
-        draws = np.random.default_rng(1).integers(0, squares.size, (_RESAMPLES, squares.size))
-        low, high = np.percentile(np.sqrt(squares[draws].mean(axis=1)), [2.5, 97.5]) / limit
-        return Ratio(float(np.sqrt(squares.mean())) / limit, float(low), float(high))
+        if squares.size == 0:
+            return Ratio(np.nan, np.nan, np.nan)
+        interval = _resampled(lambda draws: np.sqrt(squares[draws].mean(axis=1)) / limit, squares.size)
+        return Ratio(float(np.sqrt(squares.mean())) / limit, *interval)
 
     def nees_at(self, stage: str, model: str) -> Array:
         """Return (t,): mean NEES over the runs at each time; the band is `nees_band_at`."""
@@ -156,27 +159,27 @@ class ScenarioResult:
             mean[present] = nees[:, present].mean(axis=0)
         return mean
 
-    def nees_band_at(self) -> tuple[float, float]:
+    def nees_band_at(self, model: str) -> tuple[float, float]:
         """Return the 95 % band of `nees_at` at one time: chi-square with 15 degrees of freedom per run."""
-        low, high = chi_square_band(_STATES * self.count)
+        runs = int(self.good()[:, self.models.index(model)].sum())
+        low, high = chi_square_band(_STATES * runs) if runs else (np.nan, np.nan)
         return _STATES * low, _STATES * high
 
     def nees(self, stage: str, model: str) -> Band:
         """Return the mean NEES over runs and times.
 
-        Its band comes from the spread of the runs' means, for within a run errors go on.
+        Its band comes from the spread of the runs' means, for within a run errors go on; NaN for less than
+        ten of them.
         """
         m, s = self.models.index(model), STAGES.index(stage)
-        means = (
-            np.nanmean(self.runs["nees"][self.good()[:, m], m, s], axis=1)
-            if self.good()[:, m].any()
-            else np.array([])
-        )
+        nees = self.runs["nees"][self.good()[:, m], m, s]
+        nees = nees[np.isfinite(nees).any(axis=1)]
+        means = np.nanmean(nees, axis=1) if nees.size else np.array([])
         return _spread_band(means, float(_STATES))
 
     def nees_share_inside(self, stage: str, model: str) -> float:
         """Return the share of times with a mean NEES in `nees_band_at`: 0.95 where the noise is right."""
-        low, high = self.nees_band_at()
+        low, high = self.nees_band_at(model)
         nees = self.nees_at(stage, model)
         nees = nees[np.isfinite(nees)]
         return float(np.mean((nees >= low) & (nees <= high))) if nees.size else float("nan")
@@ -186,7 +189,7 @@ class ScenarioResult:
         m = self.models.index(model)
         good = self.good()[:, m]
         fixes = self.runs["fixes"][good]
-        if not fixes.size:
+        if not fixes.sum():
             return Band(float("nan"), float(_MEASURED), float("nan"), float("nan"))
         low, high = chi_square_band(_MEASURED * float(fixes.sum()))
         mean = float((self.runs["mean_nis"][good, m] * fixes).sum() / fixes.sum())
@@ -194,7 +197,18 @@ class ScenarioResult:
 
 
 def _spread_band(means: Array, expected: float) -> Band:
-    if means.size < 2:
-        return Band(float(means.mean()) if means.size else float("nan"), expected, float("nan"), float("nan"))
+    mean = float(means.mean()) if means.size else float("nan")
+    if means.size < _FEWEST:
+        return Band(mean, expected, float("nan"), float("nan"))
     half = 1.959964 * float(means.std(ddof=1)) / np.sqrt(means.size)
-    return Band(float(means.mean()), expected, expected - half, expected + half)
+    return Band(mean, expected, expected - half, expected + half)
+
+
+def _resampled(roots: Callable[[NDArray[np.int64]], Array], runs: int) -> tuple[float, float]:
+    """95 % interval by bootstrap over the runs, with a fixed seed; NaN for too few of them."""
+    if runs < _FEWEST:
+        return float("nan"), float("nan")
+    low, high = np.percentile(
+        roots(np.random.default_rng(1).integers(0, runs, (_RESAMPLES, runs))), [2.5, 97.5]
+    )
+    return float(low), float(high)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from liealign import _core
-from liealign._core import Cancelled, ConfigError, Error, InputError
+from liealign._core import Cancelled, ConfigError, Error, InputError, NumericalError
 from liealign.study.config import Study
 from liealign.study.result import ScenarioResult
 
@@ -46,13 +46,15 @@ def run_study(
     Raises
     ------
     ConfigError
-        For a flight that cannot be flown.
+        For a flight that cannot be flown, or fewer runs than one.
     InputError
         When the cluster cannot be reached or has another version.
     Cancelled
         When `progress` returned False.
     """
     count = study.runs if runs is None else runs
+    if count < 1:
+        raise ConfigError(f"runs is {count}; expected a whole number, 1 or more")
     names = study.scenarios
     if scheduler is not None:
         return _on_cluster(study, names, count, scheduler, progress)
@@ -74,9 +76,9 @@ def _job(
     case = study.case(name)
     try:
         truth = _core.study_truth(case)
-        runs = _core.run_study(case, truth, first, count, progress)
         limit = _core.study_bound(case, truth) if bound else None
-    except Cancelled:
+        runs = _core.run_study(case, truth, first, count, progress)
+    except (Cancelled, NumericalError):
         raise
     except Error as error:
         raise ConfigError(f"{study.source or 'study'}: scenario {name}: {error}") from None
@@ -84,7 +86,6 @@ def _job(
         "runs": runs,
         "bound": limit,
         "times_s": _core.nees_times(case, truth),
-        "version": _core.__version__,
     }
 
 
@@ -108,7 +109,7 @@ def _scenario(study: Study, name: str, parts: list[dict[str, Any]]) -> ScenarioR
 
 
 def _on_cluster(
-    study: Study, names: list[str], count: int, scheduler: str, progress: Progress | None
+    study: Study, names: tuple[str, ...], count: int, scheduler: str, progress: Progress | None
 ) -> dict[str, ScenarioResult]:
     try:
         from distributed import Client, as_completed
@@ -124,8 +125,8 @@ def _on_cluster(
             "such as tcp://10.0.0.5:8786"
         ) from None
     with client:
-        firsts = range(0, count, _RUNS_PER_JOB)
-        jobs = [(name, first) for name in names for first in firsts]
+        _check_workers(client, scheduler)
+        jobs = [(name, first) for name in names for first in range(0, count, _RUNS_PER_JOB)]
         futures = [
             client.submit(
                 _job, study, name, first, min(_RUNS_PER_JOB, count - first), bound=first == 0, pure=False
@@ -139,13 +140,27 @@ def _on_cluster(
                 client.cancel(futures)
                 raise Cancelled("cancelled")
         parts = client.gather(futures)
-    for part in parts:
-        if part["version"] != _core.__version__:
-            raise InputError(
-                f"a worker of {scheduler} has liealign {part['version']}, this is {_core.__version__}; "
-                "install the same"
-            )
     return {
         name: _scenario(study, name, [part for job, part in zip(jobs, parts, strict=True) if job[0] == name])
         for name in names
     }
+
+
+def _check_workers(client: Any, scheduler: str) -> None:
+    """Refuse a cluster without workers, or with one that has another liealign."""
+    try:
+        client.wait_for_workers(1, timeout=10)
+        versions = client.run(_version)
+    except Exception as error:  # whatever a worker raises, or that none is there
+        raise InputError(f"{scheduler}: no worker with liealign answers: {error}") from None
+    for worker, version in versions.items():
+        if version != _core.__version__:
+            raise InputError(
+                f"the worker {worker} has liealign {version}, this is {_core.__version__}; install the same"
+            )
+
+
+def _version() -> str:
+    import liealign.study  # a version that has studies
+
+    return liealign.__version__

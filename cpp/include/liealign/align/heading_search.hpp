@@ -156,6 +156,7 @@ class HeadingSearch {
   void ask_smoothed_start();
   void tell_smoothed_start(const CandidateScore& score);
   bool joins_a_fit() const;
+  bool lies_in_a_fit(double heading_rad) const;
   void next_basin();
   void choose_basins();
   double cost_of(const HeadingCandidate& candidate, double negative_log_likelihood) const;

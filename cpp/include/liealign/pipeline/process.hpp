@@ -57,9 +57,7 @@ struct Solution {
   double heading_std_initial_rad = 0.0;
 };
 
-// Where the final run begins, and with what options: from psi* of the alignment. The heading's initial standard deviation is at least five times the
-// alignment's, so that the flight, which the alignment has already used, is not counted twice (its share in the posterior
-// information is below 4 % up to a sigma of 4 deg; the first order of the error allows 20 deg at most); a typed-in prior with a smaller one is kept.
+// Where the final run begins, and with what options.
 struct RunStart {
   FlightData data;
   FilterOptions filter;
@@ -67,6 +65,10 @@ struct RunStart {
   ImuCursor cursor;
   double heading_std_rad = 0.0;
 };
+
+// From psi* of the alignment. The heading's initial standard deviation is at least five times the alignment's, so that the
+// flight, which the alignment has already used, is not counted twice (its share in the posterior information is below 4 % up to
+// a sigma of 4 deg; the first order of the error allows 20 deg at most); a typed-in prior with a smaller one is kept.
 RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading);
 
 // Filter and smoother from run_start().

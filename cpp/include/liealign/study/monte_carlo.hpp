@@ -28,7 +28,6 @@ using ChannelValues = std::array<double, kStudyChannels.size()>;
 struct ErrorSums {
   ChannelValues squares{};    // of the errors
   ChannelValues variances{};  // as the estimator states them
-  ChannelValues largest{};    // |error|
 };
 
 // whole: every epoch from the start to the last fix. flight: those between the first and the last motion of the truth.
@@ -47,7 +46,8 @@ struct ModelErrors {
 
 struct RunErrors {
   std::uint64_t seed = 0;
-  std::size_t epochs = 0, flight_epochs = 0, fixes = 0;
+  std::size_t epochs = 0, flight_epochs = 0;
+  std::size_t fixes = 0;  // that were updates
   double simulate_s = 0.0, align_s = 0.0;
   std::vector<ModelErrors> models;
 };
@@ -56,12 +56,13 @@ struct RunErrors {
 std::vector<double> nees_times(const StudyCase& study, const Truth& truth);
 
 // Runs first ... first + count - 1 of the case. Threads run over the runs; the errors do not depend on their number, nor on
-// how the runs are split over calls. Throws Error for a field out of range, Cancelled; a filter that fails is a failure in its
-// ModelErrors.
+// how the runs are split over calls. Throws Error for a field out of range, Cancelled; a filter that fails, or a start that all
+// of them want, is a failure in the ModelErrors.
 std::vector<RunErrors> run_study(const StudyCase& study, const Truth& truth, std::size_t first, std::size_t count,
                                  const Progress& progress = {});
 
-// The bound of the Lie model: the variances of a run without errors, in the ErrorSums of its one model.
+// The bound of the Lie model: the variances of a run without errors, in the ErrorSums of its one model. Throws Error when that
+// run cannot be made.
 RunErrors study_bound(const StudyCase& study, const Truth& truth);
 
 }  // namespace liealign

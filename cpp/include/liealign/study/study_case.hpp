@@ -34,6 +34,10 @@ struct StudyCase {
   std::uint64_t seed = 1;               // of run 0; run i has seed + i
 };
 
+// Throws Error for a field of the case itself that is out of range or does not go with another; those of the flight and of the
+// sensors are checked when they are used.
+void check_study(const StudyCase& study);
+
 // The truth that all runs of the case share. Throws Error for a field out of range.
 Truth study_truth(const StudyCase& study);
 
