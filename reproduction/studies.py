@@ -3,6 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
+import json
 from typing import Any
 
 from liealign.study import Study, make_study, read_study
@@ -25,6 +26,4 @@ def settings(keys: dict[str, Any]) -> str:
 
 
 def _toml(value: Any) -> str:
-    return (
-        f'"{value}"' if isinstance(value, str) else f"{value:g}" if isinstance(value, float) else str(value)
-    )
+    return f"{value:g}" if isinstance(value, float) else json.dumps(value)

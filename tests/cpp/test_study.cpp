@@ -165,7 +165,8 @@ TEST(Study, a_heading_error_that_is_given_is_the_one_at_the_start) {
     const Vector3d down = truth.epochs.front().X.C.transpose() * C_n_e(truth.epochs.front().X.p).col(2);
     EXPECT_NEAR(std::sqrt(down.dot(belief.P.block<3, 3>(kPhi, kPhi) * down)) * kRadToDeg, 10.0, 1e-6);
   }
-  for (const ModelErrors& model : run_study(study, truth, 0, 1).front().models)
+  const std::vector<RunErrors> runs = run_study(study, truth, 0, 1);
+  for (const ModelErrors& model : runs.front().models)
     EXPECT_LT(model.smoother.flight.squares[kHeading], 0.04 * 700);
 }
 
