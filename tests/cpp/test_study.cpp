@@ -166,8 +166,7 @@ TEST(Study, a_heading_error_that_is_given_is_the_one_at_the_start) {
     EXPECT_NEAR(std::sqrt(down.dot(belief.P.block<3, 3>(kPhi, kPhi) * down)) * kRadToDeg, 10.0, 1e-6);
   }
   const std::vector<RunErrors> runs = run_study(study, truth, 0, 1);
-  for (const ModelErrors& model : runs.front().models)
-    EXPECT_LT(model.smoother.flight.squares[kHeading], 0.04 * 700);
+  for (const ModelErrors& model : runs.front().models) EXPECT_LT(model.smoother.flight.squares[kHeading], 0.04 * 700);
 }
 
 TEST(Study, gimbal_lock_of_one_model_is_a_failure_of_that_model) {
