@@ -401,7 +401,8 @@ TEST(HeadingSearch, a_lower_minimum_may_ask_for_another_start) {
     const bool open = !c.gated || c.heading_std_rad > 0;
     const double first = sinusoidal(c, 5.0, 0.1 * kDeg) + (open ? 0.0 : 6000.0);
     const double second = sinusoidal(c, 3.0, 0.1 * kDeg) + (open ? 5.0 : 5000.0);
-    const double feigned = std::min(std::min(first, second), 9000.0);
+    // From the corrected start there is one basin, and so one fit where there were three.
+    const double feigned = c.start.roll_rad > 0 ? sinusoidal(c, 1.0, 0.1 * kDeg) : std::min({first, second, 9000.0});
     CandidateScore score{feigned, 0.02, 5.0, {}, {}, 100};
     if (!open) score.cost = std::min(feigned, sinusoidal(c, 1.0, 0.1 * kDeg));
     if (!c.smoothed) return score;
