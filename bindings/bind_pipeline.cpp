@@ -40,8 +40,8 @@ py::dict trajectory_columns(const std::vector<Epoch>& epochs) {
     put3(std_rpy + at, row.std_rpy_rad, kRadToDeg);
     put3(ba + at, b_a(e.X));
     put3(bg + at, b_g(e.X));
-    put3(std_ba + at, e.variance_b_a.cwiseMax(0.0).cwiseSqrt());
-    put3(std_bg + at, e.variance_b_g.cwiseMax(0.0).cwiseSqrt());
+    put3(std_ba + at, e.variance_b_a.cwiseSqrt());
+    put3(std_bg + at, e.variance_b_g.cwiseSqrt());
     put3(p_e + at, e.X.first.p);
     put3(v_e + at, e.X.first.v);
     for (int r = 0; r < 3; ++r) put3(C + 9 * i + 3 * static_cast<std::size_t>(r), e.X.first.C.row(r));

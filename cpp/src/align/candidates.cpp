@@ -31,10 +31,10 @@ struct Scored {
   Score<double> score;
   std::vector<ScoreTerm> terms;
 
-  void add(const FilterOptions& options, const Event& event, UpdateKind kind, const Innovation<double>& innovation) {
+  void add(const FilterOptions& options, const Observation& o, const Innovation<double>& innovation) {
     const double before = score.negative_log_likelihood;
-    score.add(options, kind, innovation);
-    terms.push_back({event.t_s, score.negative_log_likelihood - before});
+    score.add(options, o, innovation);
+    terms.push_back({o.t_s, score.negative_log_likelihood - before});
   }
 
   CandidateScore result() {
@@ -58,25 +58,24 @@ struct ScoringVisitor : SilentVisitor<FilterModel> {
   const FilterOptions& options;
   std::vector<Scored> scored;
 
-  ScoringVisitor(const FilterOptions& o, std::size_t candidates, std::size_t events) : options(o), scored(candidates) {
+  ScoringVisitor(const FilterOptions& o, std::size_t candidates, std::size_t observations) : options(o), scored(candidates) {
     for (Scored& one : scored) {
-      one.terms.reserve(events);
-      one.score.position_nis.reserve(events);
+      one.terms.reserve(observations);
+      one.score.position_nis.reserve(observations);
     }
   }
 
-  void updated(const Event& event, UpdateKind kind, const Innovation<typename FilterModel::Scalar>& innovation) {
+  void updated(const Observation& o, const Innovation<typename FilterModel::Scalar>& innovation) {
     for (std::size_t i = 0; i < scored.size(); ++i)
-      scored[i].add(options, event, kind, lane(innovation, static_cast<int>(i)));
+      scored[i].add(options, o, lane(innovation, static_cast<int>(i)));
   }
 };
 
 struct RecordingVisitor : SilentVisitor<Model> {
-  const FlightData& data;
   std::vector<FixInnovation> innovations;
 
-  void updated(const Event& event, UpdateKind kind, const Innovation<double>& innovation) {
-    if (kind == UpdateKind::position) innovations.push_back({data.fixes[event.index].record, innovation.z.norm()});
+  void updated(const Observation& o, const Innovation<double>& innovation) {
+    if (o.kind->gate == GateClass::position) innovations.push_back({o.record, innovation.z.norm()});
   }
 };
 
@@ -130,7 +129,7 @@ void run(const AlignmentProblem& problem, Motion motion, Headings headings, Visi
 template <typename FilterModel, typename Motion>
 std::vector<CandidateScore> evaluate(const AlignmentProblem& problem, const Motion& motion, Headings headings) {
   const FilterOptions options = scoring_options(problem, headings.front());
-  ScoringVisitor<FilterModel> visitor(options, headings.size(), problem.data.events.size());
+  ScoringVisitor<FilterModel> visitor(options, headings.size(), problem.data.observations.size());
   run<FilterModel>(problem, motion, headings, visitor);
   std::vector<CandidateScore> scores;
   for (Scored& one : visitor.scored) scores.push_back(one.result());
@@ -195,7 +194,7 @@ FlightData with_parameters(const FlightData& data, const FlightParameters& param
     fix.R_p_e *= variance;
     fix.R_v_e *= variance_v;
   }
-  if (parameters.latency_s != 0.0 || parameters.clock_drift != 0.0) merge_events(out);
+  list_observations(out);
   return out;
 }
 
@@ -224,8 +223,8 @@ Belief<Model> start_belief(const AlignmentProblem& problem, const InitialStd& in
 IntervalSeries intervals_for(const AlignmentProblem& problem, const FlightParameters& parameters) {
   const FlightData data = with_parameters(problem.data, parameters, problem.t_start_s);
   std::vector<double> stops = {problem.t_begin_s};
-  for (const Event& event : data.events) {
-    if (event.t_s > problem.t_begin_s && event.t_s <= problem.t_end_s) stops.push_back(event.t_s);
+  for (const Observation& o : data.observations) {
+    if (o.t_s > problem.t_begin_s && o.t_s <= problem.t_end_s) stops.push_back(o.t_s);
   }
   if (problem.t_start_s > problem.t_begin_s) stops.push_back(problem.t_start_s);
   std::sort(stops.begin(), stops.end());
@@ -281,15 +280,16 @@ void smooth_start(const AlignmentProblem& problem, const HeadingCandidate& candi
   const auto late = [&](const auto& x) { return x.t_s > problem.t_end_s; };
   std::erase_if(data.fixes, late);
   std::erase_if(data.rests, late);
-  merge_events(data);
+  list_observations(data);
   const FilterOptions scoring = scoring_options(problem, candidate);
   const FilterOptions filter = candidate.gated ? scoring : opened(scoring);
   const InitialStd initial = with_parameters(problem.initial, candidate.parameters);
   const auto start = [&](const StartCorrection& correction) {
     return start_belief(problem, initial, candidate.heading_rad, candidate.heading_std_rad, correction);
   };
-  const Belief<Model> smoothed =
-      smoothed_at_start(data, filter, start(candidate.start), cursor_at(data.imu(), problem.t_begin_s));
+  const ForwardRun<kNoTail> run =
+      run_forward<kNoTail>(data, filter, start(candidate.start), cursor_at(data.imu(), problem.t_begin_s));
+  const Belief<Model> smoothed = smoothed_at_start<kNoTail>(data, filter, run);
   score.start = correction_between(start({}).X, smoothed.X);
   score.turn_rad = wrap_pi(heading_of(smoothed.X) - candidate.heading_rad);
 }
@@ -328,7 +328,7 @@ std::vector<CandidateScore> evaluate_clocks(const AlignmentProblem& problem, con
 }
 
 std::vector<FixInnovation> fix_innovations(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
-  RecordingVisitor visitor{{}, problem.data, {}};
+  RecordingVisitor visitor;
   const BySamples motion{problem.data.imu(), cursor_at(problem.data.imu(), problem.t_begin_s)};
   run<Model>(problem, motion, Headings(&candidate, 1), visitor);
   return visitor.innovations;

@@ -1,81 +1,40 @@
-// Inside an interval, (Eq. 54) and (Eq. 55).
+// Inside an interval, (Eq. 55).
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/estimate/inside_interval.hpp"
-
-#include "liealign/core/error.hpp"
 
 namespace liealign {
 namespace {
 
-using Model = LieModel<double>;
-using Cov = Model::Covariance;
-constexpr int kNav = 9, kBias = 6;
+constexpr int kNav = 9, kBias = 6, kCore = kNav + kBias;
 
-// K of (Eq. 53) on all fifteen components, from the left: x_0 = K eps.
-template <int cols>
-void enter_rows(Eigen::Matrix<double, 15, cols>& M, const Matrix3d& W) {
+// K of (Eq. 53) on all components, from the left: x_0 = K eps.
+template <int rows, int cols>
+void enter_rows(Eigen::Matrix<double, rows, cols>& M, const Matrix3d& W) {
   M.template middleRows<3>(kNu) += W * M.template middleRows<3>(kRho);
 }
 
-}  // namespace
-
-Adjoint adjoint_before(const IntervalStep& step, const Belief<Model>& smoothed, bool covariance_reset) {
-  const Model::Tangent z_s = Model::local(step.predicted.X, smoothed.X);
-  Cov P_s = smoothed.P;
-  if (covariance_reset) {
-    const Cov J_0 = Model::right_jacobian_inverse(z_s);
-    P_s = J_0.lazyProduct(Cov(P_s.lazyProduct(J_0.transpose())));
-  }
-  const Eigen::LLT<Cov> llt(step.predicted.P);
-  if (llt.info() != Eigen::Success) throw NumericalError("smoother: a predicted covariance is not positive definite");
-  const Cov half = llt.solve(step.predicted.P - P_s);
-  Adjoint at_end{llt.solve(z_s), llt.solve(half.transpose())};
-  if (step.pre.T == 0.0) return at_end;
-
-  const SE23<double> d{step.pre.dC, step.pre.dv, step.pre.dp};
-  const NavTransition<double> t = interval_transition(StartAxes<double>(step.before.X.first, step.pre.T), d, step.pre);
-  Cov F = Cov::Identity();
-  F.topLeftCorner<kNav, kNav>() = t.F;
-  F.topRightCorner<kNav, kBias>() = t.B;
-  const Cov LF = at_end.Lambda.lazyProduct(F);
-  return {F.transpose() * at_end.lambda, F.transpose().lazyProduct(LF)};
-}
-
-Belief<Model> smoothed_before(const IntervalStep& step, const Adjoint& adjoint, bool covariance_reset) {
-  const Cov& P = step.before.P;
-  const Model::Tangent eps = P * adjoint.lambda;
-  const Cov PL = P.lazyProduct(adjoint.Lambda);
-  Belief<Model> smoothed{Model::retract(step.before.X, eps), P - PL.lazyProduct(P)};
-  if (covariance_reset) {
-    const Cov J_1 = Model::right_jacobian(eps);
-    smoothed.P = J_1.lazyProduct(Cov(smoothed.P.lazyProduct(J_1.transpose()))).eval();
-  }
-  Ekf<Model>::symmetrise(smoothed.P);
-  return smoothed;
-}
-
-namespace {
-
 // P and what the future says, in the coordinates of x_0.
-struct AtStart {
+template <int tail>
+struct Entered {
+  static constexpr int kDim = kCore + tail;
+  using Cov = SquareMatrix<double, kDim>;
   Cov P, M = Cov::Zero(), Lambda = Cov::Zero();
-  Vector<double, 15> lambda = Vector<double, 15>::Zero(), x_0 = lambda;
+  Vector<double, kDim> lambda = Vector<double, kDim>::Zero(), x_0 = lambda;
 
-  AtStart(const IntervalStep& step, const StartAxes<double>& axes, const Vector<double, 6>& half_walk,
-          const Adjoint* adjoint)
-      : P(step.before.P) {
-    P.diagonal().tail<kBias>() += half_walk;
+  Entered(const AtStart<tail>& start, const StartAxes<double>& axes, const Vector<double, 6>& half_walk)
+      : P(start.step.before.P) {
+    P.diagonal().template segment<kBias>(kNav) += half_walk;
     const Matrix3d W = hat(axes.omega_ie_b) + axes.kick;
     enter_rows(P, W);
     P.transposeInPlace();
     enter_rows(P, W);
-    if (adjoint == nullptr) return;
+    if (start.adjoint == nullptr) return;
     // lambda and Lambda of x_0: K^-1 leaves rho by -W of nu'.
-    lambda = adjoint->lambda;
-    Lambda = adjoint->Lambda;
-    lambda.segment<3>(kRho) -= W.transpose() * lambda.segment<3>(kNu);
+    lambda = start.adjoint->lambda;
+    Lambda = start.adjoint->Lambda;
+    lambda.template segment<3>(kRho) -= W.transpose() * lambda.template segment<3>(kNu);
     for (int side = 0; side < 2; ++side) {
-      Lambda.middleRows<3>(kRho) -= W.transpose() * Lambda.middleRows<3>(kNu);
+      Lambda.template middleRows<3>(kRho) -= W.transpose() * Lambda.template middleRows<3>(kNu);
       Lambda.transposeInPlace();
     }
     M = P.lazyProduct(Lambda);
@@ -84,65 +43,98 @@ struct AtStart {
   }
 };
 
-template <typename Scalar, int cols>
-NavRows<Scalar, cols> rows_of(const Eigen::Matrix<double, kNav, cols>& M) {
-  return {M.template topRows<3>().template cast<Scalar>(), M.template middleRows<3>(kNu).template cast<Scalar>(),
-          M.template bottomRows<3>().template cast<Scalar>()};
+template <int cols>
+NavRows<Lanes, cols> rows_of(const Eigen::Matrix<double, kNav, cols>& M) {
+  return {M.template topRows<3>().template cast<Lanes>(), M.template middleRows<3>(kNu).template cast<Lanes>(),
+          M.template bottomRows<3>().template cast<Lanes>()};
 }
 
-template <typename Scalar>
-NavState<Scalar> cast(const NavState<double>& X) {
-  const SE23<double>& nav = X.first;
-  return {{nav.C.cast<Scalar>(), nav.v.cast<Scalar>(), nav.p.cast<Scalar>()}, {X.second.x.cast<Scalar>()}};
+NavState<Lanes> in_lanes(const SE23<double>& nav, const Vector<double, 6>& b) {
+  return {{nav.C.cast<Lanes>(), nav.v.cast<Lanes>(), nav.p.cast<Lanes>()}, {b.cast<Lanes>()}};
 }
 
-template <typename Scalar>
-IntervalPull<Scalar> cast(const IntervalPull<double>& pull) {
-  IntervalPull<Scalar> to;
-  to.start = pull.start.cast<Scalar>();
-  to.slope = pull.slope.cast<Scalar>();
-  to.bend = pull.bend.cast<Scalar>();
+IntervalPull<Lanes> in_lanes(const IntervalPull<double>& pull) {
+  IntervalPull<Lanes> to;
+  to.start = pull.start.cast<Lanes>();
+  to.slope = pull.slope.cast<Lanes>();
+  to.bend = pull.bend.cast<Lanes>();
   return to;
 }
 
 }  // namespace
 
-template <typename Scalar>
-InsideInterval<Scalar>::InsideInterval(const IntervalStep& step, const Vector<double, 6>& half_walk,
-                                       const Adjoint* adjoint, bool covariance_reset)
-    : smoothed_(adjoint != nullptr),
-      covariance_reset_(covariance_reset),
-      X_0_(cast<Scalar>(step.before.X)),
-      pull_(cast<Scalar>(step.pull)),
+template <int tail>
+InsideInterval::InsideInterval(const AtStart<tail>& start, const FilterOptions& options)
+    : smoothed_(start.adjoint != nullptr),
+      covariance_reset_(options.covariance_reset),
+      tail_(options.tail),
+      root_(start.step.root),
+      X_0_(in_lanes(start.step.before.X.first, biases(start.step.before.X))),
+      pull_(in_lanes(start.step.pull)),
       axes_(X_0_.first, Scalar(0)) {
+  const IntervalStep<tail>& step = start.step;
   const StartAxes<double> axes(step.before.X.first, step.pre.T);
-  const AtStart start(step, axes, half_walk, adjoint);
-  P_ = nav_covariance<Scalar>(start.P.template cast<Scalar>());
-  P_bb_ = start.P.bottomRightCorner<kBias, kBias>();
-  P_bb_lanes_ = start.P.bottomRightCorner<kBias, kBias>().template cast<Scalar>();
-  M_nn_transposed_ = rows_of<Scalar, kNav>(start.M.topLeftCorner<kNav, kNav>().transpose());
-  M_bn_ = start.M.bottomLeftCorner<kBias, kNav>().template cast<Scalar>();
-  Lambda_ = rows_of<Scalar, kNav>(start.Lambda.topLeftCorner<kNav, kNav>());
-  lambda_ = rows_of<Scalar, 1>(start.lambda.head<kNav>());
-  x_0_ = rows_of<Scalar, 1>(start.x_0.head<kNav>());
-  x_b_ = start.x_0.tail<kBias>().template cast<Scalar>();
+  const Entered<tail> entered(start, axes, 0.5 * bias_variance(options.dynamics.noise, step.pre.T));
+  const SquareMatrix<double, kCore> P = entered.P.template topLeftCorner<kCore, kCore>();
+  P_ = nav_covariance<Scalar, kCore>(P.template cast<Scalar>());
+  P_bb_ = P.template bottomRightCorner<kBias, kBias>();
+  P_bb_lanes_ = P_bb_.template cast<Scalar>();
+  M_nn_transposed_ = rows_of<kNav>(entered.M.template topLeftCorner<kNav, kNav>().transpose());
+  M_bn_ = entered.M.template block<kBias, kNav>(kNav, 0).template cast<Scalar>();
+  Lambda_ = rows_of<kNav>(entered.Lambda.template topLeftCorner<kNav, kNav>());
+  lambda_ = rows_of<1>(entered.lambda.template head<kNav>());
+  x_0_ = rows_of<1>(entered.x_0.template head<kNav>());
+  x_b_ = entered.x_0.template segment<kBias>(kNav).template cast<Scalar>();
+  has_error_ = tail > 0 && tail_.sigma_c > 0.0;
+  if constexpr (tail > 0) {
+    if (has_error_) set_error<tail>(entered.P, entered.M, entered.Lambda);
+  }
+}
+
+template <int tail>
+void InsideInterval::set_error(const SquareMatrix<double, kTail + tail>& P, const SquareMatrix<double, kTail + tail>& M,
+                               const SquareMatrix<double, kTail + tail>& Lambda) {
+  const auto columns = [&](int at) {
+    return ErrorColumns{rows_of<3>(P.template block<kNav, 3>(0, at)),
+                        rows_of<3>(M.template block<kNav, 3>(0, at)),
+                        rows_of<3>(M.template block<3, kNav>(at, 0).transpose()),
+                        rows_of<3>(Lambda.template block<kNav, 3>(0, at)),
+                        P.template block<kBias, 3>(kNav, at).template cast<Scalar>(),
+                        M.template block<kBias, 3>(kNav, at).template cast<Scalar>()};
+  };
+  const auto blocks = [&](int row, int col) {
+    return ErrorBlocks{P.template block<3, 3>(row, col).template cast<Scalar>(),
+                       M.template block<3, 3>(row, col).template cast<Scalar>(),
+                       Lambda.template block<3, 3>(row, col).template cast<Scalar>()};
+  };
+  constexpr int c = kTail + kTailC, u = kTail + kTailU;
+  c_ = columns(c);
+  cc_ = blocks(c, c);
+  if constexpr (tail == kLongTail) {
+    if (!tail_.is_coloured()) return;
+    u_ = columns(u);
+    cu_ = blocks(c, u);
+    uc_ = blocks(u, c);
+    uu_ = blocks(u, u);
+  }
 }
 
 // What both kinds of output begin with.
-template <typename Scalar>
-struct InsideInterval<Scalar>::Inside {
+struct InsideInterval::Inside {
   NavCovariance<Scalar, kBias> P;  // of (phi, z - W y, y)
   NavState<Scalar> X;
   typename SE23<Scalar>::JacobianBlocks J;  // from there to the left error of X
+  IntervalNoise<Scalar> Q;
+  ErrorCorrelation<Scalar> error;
 };
 
-template <typename Scalar>
-typename InsideInterval<Scalar>::Inside InsideInterval<Scalar>::inside(const Preintegrated<Scalar>& pre) const {
+InsideInterval::Inside InsideInterval::inside(const Preintegrated<Scalar>& pre) const {
   const SE23<Scalar> d{pre.dC, pre.dv, pre.dp};
-  const IntervalNoise<Scalar> Q(pre);
-  Inside out{P_, X_0_, {pre.dC.transpose(), Matrix3<Scalar>::Zero(), Matrix3<Scalar>::Zero()}};
+  Inside out{P_, X_0_, {pre.dC.transpose(), Matrix3<Scalar>::Zero(), Matrix3<Scalar>::Zero()},
+             IntervalNoise<Scalar>(pre), {}};
+  const IntervalNoise<Scalar>& Q = out.Q;
   NavCovariance<Scalar, kBias>& P = out.P;
-  add_biases(P, pre, P_bb_lanes_);
+  add_biases<Scalar, kBias>(P, pre, P_bb_lanes_);
   add_noise(P, Q);
   out.X.first = advance_interval(X_0_.first, d, pre.T, pull_);
   if (!smoothed_) {
@@ -191,36 +183,103 @@ typename InsideInterval<Scalar>::Inside InsideInterval<Scalar>::inside(const Pre
   return out;
 }
 
-template <typename Scalar>
-NavBelief<Scalar> InsideInterval<Scalar>::nav_at(const Preintegrated<Scalar>& pre) const {
-  const Inside in = inside(pre);
+// c with the navigation error, in the coordinates of (Eq. 53) first:
+//   c_t = a c + b u + w,  Q_c = (q, r) with (c, u)
+//   G = A (a P_c + b P_u - q M_c - r M_u) - Q (a M_c'^T + b M_u'^T + q Lambda_c + r Lambda_u)
+// M' the rows of P Lambda that belong to c and u.
+void InsideInterval::add_error(const SampleLanes& samples, Inside& in) const {
+  const Preintegrated<Scalar>& pre = samples.pre;
+  Scalar a(0), b(0), q(0), r(0);
+  for (int i = 0; i < samples.count; ++i) {
+    const ErrorStep step = error_step(tail_, pre.T.x[i]);
+    a.x[i] = step.keep;
+    b.x[i] = step.from_driver;
+    q.x[i] = step.noise;
+    r.x[i] = step.with_driver;
+  }
+  const bool coloured = tail_.is_coloured();
+  const auto mix = [&](const auto& of_c, const auto& of_u, const Scalar& by_c, const Scalar& by_u) {
+    auto sum = (by_c * of_c).eval();
+    if (coloured) sum += by_u * of_u;
+    return sum;
+  };
+  const auto rows = [&](const NavRows<Scalar, 3>& of_c, const NavRows<Scalar, 3>& of_u, const Scalar& by_c,
+                        const Scalar& by_u) {
+    return NavRows<Scalar, 3>{mix(of_c.phi, of_u.phi, by_c, by_u), mix(of_c.nu, of_u.nu, by_c, by_u),
+                              mix(of_c.rho, of_u.rho, by_c, by_u)};
+  };
+  const auto add = [](NavRows<Scalar, 3>& to, const NavRows<Scalar, 3>& what, const Scalar& by) {
+    to.phi += by * what.phi;
+    to.nu += by * what.nu;
+    to.rho += by * what.rho;
+  };
+  NavRows<Scalar, 3> x = rows(c_.P, u_.P, a, b);
+  Eigen::Matrix<Scalar, 6, 3> x_b = mix(c_.P_b, u_.P_b, a, b);
+  if (smoothed_) {
+    add(x, rows(c_.M, u_.M, q, r), Scalar(-1));
+    x_b -= mix(c_.M_b, u_.M_b, q, r);
+    NavRows<Scalar, 3> future = rows(c_.M_transposed, u_.M_transposed, a, b);
+    add(future, rows(c_.Lambda, u_.Lambda, q, r), Scalar(1));
+    add(x, in.Q.times(future), Scalar(-1));
+  }
+  add(x, bias_times<Scalar, 3>(pre, x_b), Scalar(1));
+  // As in leave_interval().
+  using detail::cross_rows;
+  const Matrix3<Scalar> y = x.rho + pre.T * x.nu - cross_rows(pre.dp, x.phi),
+                        z = x.nu - cross_rows(pre.dv, x.phi) - cross_rows(axes_.omega_ie_b, y);
+  in.error.G = {in.J.J * x.phi, in.J.J * z + in.J.Q_nu * x.phi, in.J.J * y + in.J.Q_rho * x.phi};
+
+  Matrix3<Scalar> V = mix(mix(cc_.P, uc_.P, a, b), mix(cu_.P, uu_.P, a, b), a, b);
+  V.diagonal().array() += q;
+  if (smoothed_) {
+    // (a M_c + b M_u)(q, r)^T and its transpose, and (q, r) Lambda (q, r)^T.
+    const Matrix3<Scalar> Y = mix(mix(cc_.M, uc_.M, a, b), mix(cu_.M, uu_.M, a, b), q, r);
+    V -= Y + Y.transpose() + mix(mix(cc_.Lambda, uc_.Lambda, q, r), mix(cu_.Lambda, uu_.Lambda, q, r), q, r);
+  }
+  in.error.V = V;
+}
+
+NavBelief<Lanes> InsideInterval::nav_at(const SampleLanes& samples) const {
+  Inside in = inside(samples.pre);
   const NavCovariance<Scalar, kBias>& P = in.P;
   const Matrix3<Scalar>&J = in.J.J, Jt = J.transpose();
   const Matrix3<Scalar> J_phi = J * P.phi_phi;
-  NavBelief<Scalar> out{in.X, J_phi * Jt, J * Matrix3<Scalar>(P.nu_nu * Jt), J * Matrix3<Scalar>(P.rho_rho * Jt)};
-  if (!smoothed_ || !covariance_reset_) return out;
-  // J nu + Q phi: J P_nu J^T + Z + Z^T, Z = (J P_nu_phi + Q P_phi / 2) Q^T
-  const auto add = [&](Matrix3<Scalar>& sum, const Matrix3<Scalar>& cross, const Matrix3<Scalar>& Q) {
-    const Matrix3<Scalar> half = J * cross + Scalar(0.5) * (Q * P.phi_phi), Z = half * Q.transpose();
-    sum += Z + Z.transpose();
-  };
-  add(out.P_nu, P.nu_phi, in.J.Q_nu);
-  add(out.P_rho, P.rho_phi, in.J.Q_rho);
+  NavBelief<Scalar> out{in.X, J_phi * Jt, J * Matrix3<Scalar>(P.nu_nu * Jt), J * Matrix3<Scalar>(P.rho_rho * Jt), {}};
+  if (smoothed_ && covariance_reset_) {
+    // J nu + Q phi: J P_nu J^T + Z + Z^T, Z = (J P_nu_phi + Q P_phi / 2) Q^T
+    const auto add = [&](Matrix3<Scalar>& sum, const Matrix3<Scalar>& cross, const Matrix3<Scalar>& Q) {
+      const Matrix3<Scalar> half = J * cross + Scalar(0.5) * (Q * P.phi_phi), Z = half * Q.transpose();
+      sum += Z + Z.transpose();
+    };
+    add(out.P_nu, P.nu_phi, in.J.Q_nu);
+    add(out.P_rho, P.rho_phi, in.J.Q_rho);
+  }
+  out.P_relative = out.P_rho;
+  if (!has_error_) return out;
+  add_error(samples, in);
+  const Matrix3<Scalar> S = out.X.first.C.transpose() * root_.cast<Scalar>();
+  out.P_relative = relative_covariance<Scalar>(out.P_rho, in.error.G.rho, in.error.V, S);
   return out;
 }
 
-template <typename Scalar>
-Belief<LieModel<Scalar>> InsideInterval<Scalar>::at(const Preintegrated<Scalar>& pre) const {
-  Inside in = inside(pre);
+WholeBelief<Lanes> InsideInterval::at(const SampleLanes& samples) const {
+  Inside in = inside(samples.pre);
+  if (has_error_) {
+    add_error(samples, in);
+  } else {
+    const Matrix3<Scalar> none = Matrix3<Scalar>::Zero();
+    in.error = {{none, none, none}, none};
+  }
   apply_jacobian(in.P, in.J);
-  Belief<LieModel<Scalar>> belief{in.X, {}};
-  belief.P.template bottomRightCorner<kBias, kBias>() = P_bb_lanes_;
-  set_nav_covariance(belief.P, in.P);
-  mirror(belief.P);
-  return belief;
+  WholeBelief<Lanes> out{{in.X, {}}, in.error};
+  out.belief.P.template bottomRightCorner<kBias, kBias>() = P_bb_lanes_;
+  set_nav_covariance<Scalar, kCore>(out.belief.P, in.P);
+  mirror(out.belief.P);
+  return out;
 }
 
-template class InsideInterval<double>;
-template class InsideInterval<Lanes>;
+template InsideInterval::InsideInterval(const AtStart<kNoTail>&, const FilterOptions&);
+template InsideInterval::InsideInterval(const AtStart<kShortTail>&, const FilterOptions&);
+template InsideInterval::InsideInterval(const AtStart<kLongTail>&, const FilterOptions&);
 
 }  // namespace liealign

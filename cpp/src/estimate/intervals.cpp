@@ -54,7 +54,7 @@ IntervalSeries preintegrate(const ImuSeries& imu, const SampleBlocks& blocks, co
     Interval& interval = series.intervals[k];
     interval.end_s = cuts[k + 1];
     interval.pre = blocks.preintegrate_to(interval.end_s, imu, at);
-    interval.omega_end = omega_at(imu, at);
+    interval.end = reading_at(imu, at);
     for (std::size_t j = cursor_at(imu, cuts[k]).k; j < imu.size() && imu[j - 1].t_s < interval.end_s; ++j)
       interval.bridges_gap = interval.bridges_gap || imu[j].gap_s > 0.0;
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
 
@@ -15,10 +16,36 @@ namespace {
 // Of A eps, eps ~ N(0, P): the roots of the diagonal of A P A^T.
 Vector3d sigmas(const Matrix3d& A, const Matrix3d& P) {
   const Matrix3d AP = A * P;
-  return AP.cwiseProduct(A).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
+  const Vector3d variances = AP.cwiseProduct(A).rowwise().sum();
+  if (!(variances.minCoeff() >= 0.0)) throw NumericalError("a variance of the trajectory is negative or not a number");
+  return variances.cwiseSqrt();
 }
 
 }  // namespace
+
+Epoch epoch_of(double t_s, const NodeBelief& b) {
+  const SquareMatrix<double, kTail>& P = b.belief.P;
+  const Matrix3d P_rho = P.block<3, 3>(kRho, kRho), S = b.belief.X.first.C.transpose() * b.root;
+  return {t_s,
+          b.belief.X,
+          P.block<3, 3>(kPhi, kPhi),
+          P.block<3, 3>(kNu, kNu),
+          P_rho,
+          relative_covariance<double>(P_rho, b.error.G.rho, b.error.V, S),
+          P.diagonal().segment<3>(kBa),
+          P.diagonal().segment<3>(kBg)};
+}
+
+Epoch epoch_of(double t_s, const NavBelief<Lanes>& b, int i, const SquareMatrix<double, 6>& P_bb) {
+  return {t_s,
+          lane(b.X, i),
+          lane(b.P_phi, i),
+          lane(b.P_nu, i),
+          lane(b.P_rho, i),
+          lane(b.P_relative, i),
+          P_bb.diagonal().head<3>(),
+          P_bb.diagonal().tail<3>()};
+}
 
 NavRow nav_row(const Epoch& e) {
   const LocalFrame local = local_frame(e.X.first.p);
@@ -41,6 +68,7 @@ NavRow nav_row(const Epoch& e) {
   Matrix3d euler_by_phi;
   euler_by_phi << 1.0, sr * tp, cr * tp, 0.0, cr, -sr, 0.0, sr / cp, cr / cp;
   row.std_p_n_m = sigmas(C_b_n, e.P_rho);
+  row.relative_std_p_n_m = sigmas(C_b_n, e.P_relative);
   row.std_v_n_mps = sigmas(C_b_n, e.P_nu);
   row.std_rpy_rad = sigmas(euler_by_phi, e.P_phi);
   return row;

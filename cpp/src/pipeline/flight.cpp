@@ -126,7 +126,7 @@ void add_rest_updates(const Start& start, PreparedFlight& out) {
     const std::vector<RestUpdate> last = rest_updates(data.imu(), out.rests.back(), interval);
     data.rests.insert(data.rests.end(), last.begin(), last.end());
   }
-  merge_events(data);
+  list_observations(data);
 }
 
 // What the IMU and the fixes say of heading and latency before any filter runs. An unknown latency is set to what they say.
@@ -160,7 +160,7 @@ void thin(std::vector<GnssFix>& fixes) {
 void check_output_span(const PreparedFlight& out) {
   const OutputConfig& c = out.config.output;
   const FlightData& data = out.data;
-  const double begin = out.t_begin_s, end = data.events.empty() ? out.t_begin_s : data.events.back().t_s;
+  const double begin = out.t_begin_s, end = data.observations.empty() ? out.t_begin_s : data.observations.back().t_s;
   const double from = c.start_time_s.value_or(begin), to = c.stop_time_s.value_or(end);
   if (from <= std::min(to, end) && to >= begin) return;
   throw InputError("output.start_time_s and output.stop_time_s ask for " + span(from, to) +
@@ -268,6 +268,7 @@ PreparedFlight prepare_flight(Flight flight) {
   out.imu_rate_hz = std::round(1e3 / imu.median_dt_s) / 1e3;  // stamps carry rounding; nobody needs more digits
   data.samples = std::make_shared<const ImuSeries>(std::move(imu.samples));
   data.l_ba_b = Vector3d(config.gnss.lever_arm_b_m[0], config.gnss.lever_arm_b_m[1], config.gnss.lever_arm_b_m[2]);
+  data.rest_noise = rest_noise(config);
   make_fixes(flight, out);
 
   out.rests = find_rests(data.imu(), data.fixes, rest_limits(config));
@@ -319,7 +320,7 @@ FlightData scored_data(const PreparedFlight& flight, double t_end_s) {
   std::erase_if(data.fixes,
                 [&](const GnssFix& f) { return f.t_s <= flight.problem.t_start_s + guard || f.t_s > t_end_s - guard; });
   if (!config.imu.noise_scale || !config.gnss.std_scale) thin(data.fixes);
-  merge_events(data);
+  list_observations(data);
   return data;
 }
 

@@ -8,11 +8,10 @@
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
-#include "liealign/estimate/chart_models.hpp"
 #include "liealign/estimate/interval_smoother.hpp"
 #include "liealign/estimate/output_frame.hpp"
 #include "liealign/estimate/parts.hpp"
-#include "liealign/estimate/smoother.hpp"
+#include "liealign/estimate/sample_smoother.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign {
@@ -27,8 +26,11 @@ double initial_heading_std(const PreparedFlight& flight, const HeadingResult& he
   return std::min(std, widest);
 }
 
-FixUpdate fix_update(const Innovation<double>& innovation, const Matrix3d& C_e_n) {
-  return {C_e_n * innovation.z, (C_e_n * innovation.S * C_e_n.transpose()).diagonal().cwiseSqrt(), innovation.nis,
+// In the axes of the output: NED for what is in ECEF.
+FixUpdate update_record(const Observation& o, const Innovation<double>& innovation) {
+  const bool turns = o.kind->axes == ResidualAxes::ecef;
+  const Matrix3d C = turns ? Matrix3d(C_n_e(o.place_e).transpose()) : Matrix3d::Identity();
+  return {C * innovation.z, (C * innovation.S * C.transpose()).diagonal().cwiseSqrt(), innovation.nis,
           innovation.weight, innovation.verdict};
 }
 
@@ -58,18 +60,22 @@ struct Output {
 
   // give(epoch) for each sample. Another point's needs the covariances with the biases as well.
   template <typename Give>
-  void epochs(const SampleLanes& samples, const InsideInterval<Lanes>& inside, const Give& give) const {
+  void epochs(const SampleLanes& samples, const InsideInterval& inside, const Give& give) const {
     if (frame.is_imu()) {
-      const NavBelief<Lanes> belief = inside.nav_at(samples.pre);
+      const NavBelief<Lanes> belief = inside.nav_at(samples);
       for (int i = 0; i < samples.count; ++i)
         give(with_latency(epoch_of(imu[samples.k[static_cast<std::size_t>(i)]].t_s, belief, i, inside.P_bb())));
     } else {
-      const Belief<LieModel<Lanes>> belief = inside.at(samples.pre);
-      for (int i = 0; i < samples.count; ++i) give(epoch(samples.k[static_cast<std::size_t>(i)], lane(belief, i)));
+      const WholeBelief<Lanes> all = inside.at(samples);
+      for (int i = 0; i < samples.count; ++i) {
+        const NavRows<Lanes, 3>& G = all.error.G;
+        give(epoch(samples.k[static_cast<std::size_t>(i)],
+                   {lane(all.belief, i), {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i)}, inside.root()}));
+      }
     }
   }
 
-  Epoch epoch(std::size_t k, const Belief<Model>& belief) const {
+  Epoch epoch(std::size_t k, const NodeBelief& belief) const {
     if (frame.is_imu()) return with_latency(epoch_of(imu[k].t_s, belief));
     const ImuAtStamp at = imu_at_stamp(imu, k);
     return with_latency(epoch_of(imu[k].t_s, belief, frame, at.omega_ib_b, gyro_arw * gyro_arw / at.white_s));
@@ -79,7 +85,9 @@ struct Output {
   //   P_rho <- P_rho + sigma_tau^2 u u^T,   u = C^T v_eb_e                                        (Eq. 70)
   Epoch with_latency(Epoch epoch) const {
     const Vector3d u = epoch.X.first.C.transpose() * epoch.X.first.v;
-    epoch.P_rho += latency_variance * u * u.transpose();
+    const Matrix3d along = latency_variance * u * u.transpose();
+    epoch.P_rho += along;
+    epoch.P_relative += along;
     return epoch;
   }
 };
@@ -91,11 +99,11 @@ struct Parts {
   bool wanted;
   std::vector<std::vector<Epoch>> epochs = std::vector<std::vector<Epoch>>(part_slots());
 
-  void add(std::size_t slot, std::size_t k, const Belief<Model>& belief) {
+  void add(std::size_t slot, std::size_t k, const NodeBelief& belief) {
     if (wanted && output.wanted(k)) epochs[slot].push_back(output.epoch(k, belief));
   }
   // Of samples that are wanted.
-  void add(std::size_t slot, const SampleLanes& samples, const InsideInterval<Lanes>& inside) {
+  void add(std::size_t slot, const SampleLanes& samples, const InsideInterval& inside) {
     output.epochs(samples, inside, [&](const Epoch& epoch) { epochs[slot].push_back(epoch); });
   }
   void make(std::size_t slot) const { sink.make(slot, epochs[slot]); }
@@ -128,118 +136,98 @@ struct Run {
     if (progress && !progress(pass * total + done, of * total)) throw Cancelled("cancelled");
   }
 
-  void record(const Event& event, UpdateKind kind, const Innovation<double>& innovation) const {
-    solution.score.add(filter, kind, innovation);
-    if (event.kind != Event::Kind::fix) return;
-    const GnssFix& fix = data.fixes[event.index];
-    FixRecord& record = solution.fixes[fix.record];
-    const Matrix3d C_e_n = C_n_e(fix.p_ea_e).transpose();
-    (kind == UpdateKind::position ? record.position : record.velocity) = fix_update(innovation, C_e_n);
+  void record(const Observation& o, const Innovation<double>& innovation) const {
+    solution.score.add(filter, o, innovation);
+    if (o.kind->gate == GateClass::none) return;
+    const FixUpdate update = update_record(o, innovation);
+    if (o.kind->gate == GateClass::scalar) {
+      solution.others.push_back({o.t_s, o.kind, update});
+      return;
+    }
+    FixRecord& fix = solution.fixes[o.record];
+    (o.kind->gate == GateClass::position ? fix.position : fix.velocity) = update;
+  }
+
+  // The forward pass is number `pass` of `of`.
+  void report_node(std::size_t next, std::size_t of) const {
+    const std::size_t n = data.observations.size();
+    if (next % (1 + n / 50) == 0) report(0, of, next, n);
   }
 };
 
-// The forward pass over intervals.
-struct IntervalRecorder {
-  Run& run;
-
-  void updated(const Event& event, UpdateKind kind, const Innovation<double>& i) const { run.record(event, kind, i); }
-  bool wanted(std::size_t k) const { return run.filtered.wanted && run.output.wanted(k); }
-  void epoch(std::size_t k, const Belief<Model>& belief) const { run.filtered.add(0, k, belief); }
-  void inside(const SampleLanes& samples, const InsideInterval<Lanes>& filtered) const {
-    run.filtered.add(0, samples, filtered);
-  }
-  void node(const RunState& state) const {
+// By preintegrated intervals, the tail as long as it must be.
+template <int tail>
+void by_intervals(Run& run, const Belief<LieModel<double, tail>>& belief, const ImuCursor& start) {
+  FilterSink filter;
+  filter.wanted = [&](std::size_t k) { return run.filtered.wanted && run.output.wanted(k); };
+  filter.epoch = [&](std::size_t k, const NodeBelief& b) { run.filtered.add(0, k, b); };
+  filter.inside = [&](const SampleLanes& samples, const InsideInterval& inside) { run.filtered.add(0, samples, inside); };
+  filter.updated = [&](const Observation& o, const Innovation<double>& i) { run.record(o, i); };
+  filter.node = [&](std::size_t next) {
     run.filtered.hand_on(kPartEpochs);
-    const std::size_t n = run.data.events.size();
-    if (state.next_event % (1 + n / 50) == 0) run.report(0, 3, state.next_event, n);
-  }
-};
-
-void by_intervals(Run& run, const Belief<Model>& belief, const ImuCursor& start) {
-  IntervalRecorder recorder{run};
-  const ForwardRun forward = run_forward(run.data, run.filter, {belief, start, {0, start.t_s}, 0, true}, recorder);
+    run.report_node(next, 3);
+  };
+  const ForwardRun<tail> forward = run_forward<tail>(run.data, run.filter, belief, start, filter);
   run.filtered.hand_on(0);
 
-  struct EventPair {
+  struct EpochPair {
     Epoch filtered, smoothed;
   };
-  std::vector<std::vector<EventPair>> events(part_slots());
+  std::vector<std::vector<EpochPair>> pairs(part_slots());
   SmootherSink sink;
   sink.wanted = [&](std::size_t k) { return run.output.wanted(k); };
-  sink.epoch = [&](std::size_t slot, std::size_t k, const Belief<Model>& b) { run.smoothed.add(slot, k, b); };
-  sink.inside = [&](std::size_t slot, const SampleLanes& samples, const InsideInterval<Lanes>& inside) {
+  sink.epoch = [&](std::size_t slot, std::size_t k, const NodeBelief& b) { run.smoothed.add(slot, k, b); };
+  sink.inside = [&](std::size_t slot, const SampleLanes& samples, const InsideInterval& inside) {
     run.smoothed.add(slot, samples, inside);
   };
-  sink.event = [&](std::size_t slot, double t_s, const Belief<Model>& filtered, const Belief<Model>& smoothed) {
-    if (run.keep_events) events[slot].push_back({epoch_of(t_s, filtered), epoch_of(t_s, smoothed)});
+  sink.node = [&](std::size_t slot, double t_s, const NodeBelief& filtered, const NodeBelief& smoothed) {
+    if (run.keep_events) pairs[slot].push_back({epoch_of(t_s, filtered), epoch_of(t_s, smoothed)});
   };
   sink.made = [&](std::size_t slot) { run.smoothed.make(slot); };
   sink.take = [&](std::size_t slot) {
-    for (const EventPair& pair : events[slot]) {
+    for (const EpochPair& pair : pairs[slot]) {
       run.solution.filtered_at_events.push_back(pair.filtered);
       run.solution.smoothed_at_events.push_back(pair.smoothed);
     }
-    events[slot].clear();
+    pairs[slot].clear();
     run.smoothed.take(slot);
   };
-  // The two passes that are left, in events of the first.
-  const std::size_t n = run.data.events.size();
-  smooth_run(run.data, run.filter, forward, sink, [&](std::size_t done, std::size_t total) {
+  // The two passes that are left, in observations of the first.
+  const std::size_t n = run.data.observations.size();
+  smooth_run<tail>(run.data, run.filter, forward, sink, [&](std::size_t done, std::size_t total) {
     run.report(1, 3, done * 2 * n / total, n);
     return true;
   });
 }
 
-// The forward pass sample by sample, for what has no closed form over an interval: other models and mechanizations.
+// Sample by sample, for what has no closed form over an interval. The smoother goes backwards, so that the whole trajectory is
+// held until it is turned round.
 template <typename AnyModel>
-struct SampleRecorder : SilentVisitor<AnyModel> {
-  Run& run;
-  std::vector<Checkpoint<AnyModel>> checkpoints;
-
-  SampleRecorder(Run& of, Checkpoint<AnyModel> start) : run(of), checkpoints{std::move(start)} {}
-
-  void after(const Belief<AnyModel>& belief, const NavTransition<double>&, std::size_t k, bool whole) {
+void by_samples(Run& run, const Belief<AnyModel>& belief, const ImuCursor& start) {
+  const auto node_of = [](const Belief<AnyModel>& b) { return node_belief<0>(lie_belief(b), Matrix3d::Zero()); };
+  SampleFilterSink<AnyModel> filter;
+  filter.wanted = [&](std::size_t k) { return run.filtered.wanted && run.output.wanted(k); };
+  filter.epoch = [&](std::size_t k, const Belief<AnyModel>& b) {
     run.filtered.hand_on(kPartEpochs);
-    if (whole && run.filtered.wanted) run.filtered.add(0, k, lie_belief(belief));
-  }
-  void updated(const Event& event, UpdateKind kind, const Innovation<double>& i) const { run.record(event, kind, i); }
-
-  void checkpoint(std::size_t i, const Belief<AnyModel>& belief, const ImuCursor& cursor,
-                  const typename AnyModel::State& X_predicted, const typename AnyModel::Covariance& P_predicted) {
-    checkpoints.push_back({belief, cursor, {X_predicted, P_predicted}});
-    // An event on the stamp of a sample: the filtered epoch there is the one after the update.
-    std::vector<Epoch>& epochs = run.filtered.epochs[0];
-    if (!epochs.empty() && epochs.back().t_s == cursor.t_s) {
-      epochs.pop_back();
-      run.filtered.add(0, cursor.k - 1, lie_belief(belief));
-    }
-    const std::size_t n = run.data.events.size();
-    if (i % (1 + n / 50) == 0) run.report(0, 2, i, n);
-  }
-};
-
-// Latest first, so that the whole trajectory is held until it is turned round.
-template <typename AnyModel>
-void by_samples(Run& run, Belief<AnyModel> belief, const ImuCursor& start) {
-  const ImuSeries& imu = run.data.imu();
-  SampleRecorder<AnyModel> recorder(run, {belief, start, belief});
-  if (imu[start.k - 1].t_s == start.t_s) run.filtered.add(0, start.k - 1, lie_belief(belief));
-  forward_pass(run.data, run.filter, belief, start, imu.back().t_s, recorder);
+    run.filtered.add(0, k, node_of(b));
+  };
+  filter.updated = [&](const Observation& o, const Innovation<double>& i) { run.record(o, i); };
+  filter.node = [&](std::size_t next) { run.report_node(next, 2); };
+  const std::vector<Checkpoint<AnyModel>> checkpoints = filter_samples(run.data, run.filter, belief, start, filter);
   run.filtered.hand_on(0);
 
-  const std::vector<Checkpoint<AnyModel>>& checkpoints = recorder.checkpoints;
-  const auto wanted = [&](std::size_t k) { return run.output.wanted(k); };
-  const auto emit = [&](std::size_t k, const Belief<AnyModel>& b) { run.smoothed.add(0, k, lie_belief(b)); };
-  const auto at_event = [&](std::size_t i, const Belief<AnyModel>& b) {
+  SampleSmootherSink<AnyModel> sink;
+  sink.wanted = [&](std::size_t k) { return run.output.wanted(k); };
+  sink.epoch = [&](std::size_t k, const Belief<AnyModel>& b) { run.smoothed.add(0, k, node_of(b)); };
+  sink.node = [&](const Checkpoint<AnyModel>& at, const Belief<AnyModel>& b) {
     if (!run.keep_events) return;
-    run.solution.filtered_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, lie_belief(checkpoints[i].updated)));
-    run.solution.smoothed_at_events.push_back(epoch_of(checkpoints[i].cursor.t_s, lie_belief(b)));
+    run.solution.filtered_at_events.push_back(epoch_of(at.cursor.t_s, node_of(at.updated)));
+    run.solution.smoothed_at_events.push_back(epoch_of(at.cursor.t_s, node_of(b)));
   };
-  smooth(Ekf<AnyModel>{run.filter.dynamics, run.filter.covariance_reset}, run.data, checkpoints, wanted, emit, at_event,
-         [&](std::size_t done, std::size_t total) {
-           run.report(1, 2, done, total);
-           return true;
-         });
+  smooth_samples(run.data, run.filter, checkpoints, sink, [&](std::size_t done, std::size_t total) {
+    run.report(1, 2, done, total);
+    return true;
+  });
   for (std::vector<Epoch>* epochs :
        {&run.smoothed.epochs.front(), &run.solution.filtered_at_events, &run.solution.smoothed_at_events})
     std::reverse(epochs->begin(), epochs->end());
@@ -321,7 +309,7 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
   } else if (model == "euler") {
     by_samples(run, belief_in<EulerModel>(belief), start);
   } else if (filter.dynamics.mechanization == Mechanization::exact) {
-    by_intervals(run, belief, start);
+    by_intervals<kNoTail>(run, belief, start);
   } else {
     by_samples(run, belief, start);
   }

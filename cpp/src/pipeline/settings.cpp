@@ -53,9 +53,11 @@ FilterOptions filter_options(const Config& config) {
   o.gate.kappa = chi_square_3_quantile(config.gnss.outlier_probability);
   o.velocity_gate = o.gate;
   o.reacquire_after = config.gnss.reacquire_after;
-  o.zupt_std_mps = config.rest.zupt_std_mps;
-  o.zaru_std_rps = config.rest.zaru_std_dps * kDegToRad;
   return o;
+}
+
+RestNoise rest_noise(const Config& config) {
+  return {config.rest.zupt_std_mps, config.rest.zaru_std_dps * kDegToRad};
 }
 
 RestLimits rest_limits(const Config& config) {

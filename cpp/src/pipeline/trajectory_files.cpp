@@ -62,8 +62,8 @@ void append_biases(std::string& out, const std::vector<CsvColumn>& columns, cons
   c[0] = epoch.t_s;
   put3(&c[1], b_a(epoch.X));
   put3(&c[4], b_g(epoch.X));
-  put3(&c[7], epoch.variance_b_a.cwiseMax(0.0).cwiseSqrt());
-  put3(&c[10], epoch.variance_b_g.cwiseMax(0.0).cwiseSqrt());
+  put3(&c[7], epoch.variance_b_a.cwiseSqrt());
+  put3(&c[10], epoch.variance_b_g.cwiseSqrt());
   append_csv_row(out, columns, c.data());
 }
 

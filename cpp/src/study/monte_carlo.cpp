@@ -11,9 +11,8 @@
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
-#include "liealign/estimate/chart_models.hpp"
 #include "liealign/estimate/parts.hpp"
-#include "liealign/estimate/smoother.hpp"
+#include "liealign/estimate/sample_smoother.hpp"
 #include "liealign/estimate/solution.hpp"
 #include "stopwatch.hpp"
 
@@ -79,7 +78,7 @@ ChannelValues errors_of(const NavState<double>& X, const NavState<double>& X_tru
 }
 
 ChannelValues variances_of(double t_s, const Belief<LieModel<double>>& belief) {
-  const NavRow row = nav_row(epoch_of(t_s, belief));
+  const NavRow row = nav_row(epoch_of(t_s, node_belief<0>(belief, Matrix3d::Zero())));
   const Vector3d rpy = (kRadToDeg * row.std_rpy_rad).cwiseAbs2(), p = row.std_p_n_m.cwiseAbs2();
   const Vector<double, 6> b = belief.P.diagonal().tail<6>();
   return {rpy[0],
@@ -119,42 +118,6 @@ void add(const Reference& reference, std::size_t k, const Belief<Model>& belief,
   std::transform(errors.begin(), errors.end(), stage.squares[at].begin(), [](double e) { return e * e; });
 }
 
-// Keeps what the smoother needs; the filtered epoch at a fix is the one after its update.
-template <typename Model>
-struct Recorder : SilentVisitor<Model> {
-  struct Held {
-    std::size_t k;
-    Belief<Model> belief;
-  };
-  const Reference& reference;
-  StageErrors& stage;
-  std::vector<Checkpoint<Model>> checkpoints;
-  std::optional<Held> held;
-  double nis = 0.0;
-  std::size_t fixes = 0;
-
-  Recorder(const Reference& of, StageErrors& into) : reference(of), stage(into) {}
-
-  void after(const Belief<Model>& belief, const NavTransition<double>&, std::size_t k, bool whole) {
-    flush();
-    if (whole && reference.epochs.wanted(k)) held = {k, belief};
-  }
-  void updated(const Event&, UpdateKind kind, const Innovation<double>& innovation) {
-    if (kind != UpdateKind::position) return;
-    nis += innovation.nis;
-    ++fixes;
-  }
-  void checkpoint(std::size_t, const Belief<Model>& belief, const ImuCursor& cursor,
-                  const NavState<double>& X_predicted, const typename Model::Covariance& P_predicted) {
-    checkpoints.push_back({belief, cursor, {X_predicted, P_predicted}});
-    if (held && reference.truth.epochs[held->k].t_s == cursor.t_s) held->belief = belief;
-  }
-  void flush() {
-    if (held) add(reference, held->k, held->belief, stage);
-    held.reset();
-  }
-};
-
 // The start itself where it is on a stamp of the IMU, else the stamp after it.
 std::size_t first_epoch(const StudyStart& start) {
   const std::size_t k = start.cursor.k;
@@ -165,7 +128,6 @@ constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
 
 template <typename Model>
 ModelErrors run_model(const StudyStart& start, const Reference& reference) {
-  const ImuSeries& imu = start.data.imu();
   ModelErrors errors;
   for (StageErrors* stage : {&errors.filter, &errors.smoother}) {
     stage->nees.assign(reference.epochs.nees_count, kAbsent);
@@ -173,21 +135,27 @@ ModelErrors run_model(const StudyStart& start, const Reference& reference) {
     stage->squares.resize(reference.epochs.nees_count, stage->squares.front());
   }
   const Stopwatch begin;
-  Recorder<Model> recorder(reference, errors.filter);
-  Belief<Model> belief = belief_in<Model>(start.belief);
-  recorder.checkpoints.push_back({belief, start.cursor, belief});
-  if (const std::size_t first = first_epoch(start); first < start.cursor.k && reference.epochs.wanted(first))
-    recorder.held = {first, belief};
-  forward_pass(start.data, start.filter, belief, start.cursor, imu.back().t_s, recorder);
-  recorder.flush();
-  errors.mean_nis = recorder.nis / static_cast<double>(std::max<std::size_t>(recorder.fixes, 1));
+  double nis = 0.0;
+  std::size_t fixes = 0;
+  const auto wanted = [&](std::size_t k) { return reference.epochs.wanted(k); };
+  SampleFilterSink<Model> filter;
+  filter.wanted = wanted;
+  filter.epoch = [&](std::size_t k, const Belief<Model>& b) { add(reference, k, b, errors.filter); };
+  filter.updated = [&](const Observation& o, const Innovation<double>& innovation) {
+    if (o.kind->gate != GateClass::position) return;
+    nis += innovation.nis;
+    ++fixes;
+  };
+  const std::vector<Checkpoint<Model>> checkpoints =
+      filter_samples(start.data, start.filter, belief_in<Model>(start.belief), start.cursor, filter);
+  errors.mean_nis = nis / static_cast<double>(std::max<std::size_t>(fixes, 1));
   errors.filter_s = begin.seconds();
 
   const Stopwatch filtered;
-  const auto wanted = [&](std::size_t k) { return reference.epochs.wanted(k); };
-  const auto emit = [&](std::size_t k, const Belief<Model>& b) { add(reference, k, b, errors.smoother); };
-  smooth(Ekf<Model>{start.filter.dynamics, start.filter.covariance_reset}, start.data, recorder.checkpoints, wanted,
-         emit, [](std::size_t, const Belief<Model>&) {});
+  SampleSmootherSink<Model> smoother;
+  smoother.wanted = wanted;
+  smoother.epoch = [&](std::size_t k, const Belief<Model>& b) { add(reference, k, b, errors.smoother); };
+  smooth_samples(start.data, start.filter, checkpoints, smoother);
   errors.smoother_s = filtered.seconds();
   return errors;
 }
@@ -224,12 +192,12 @@ RunErrors errors_of_run(const StudyCase& study, const Truth& truth, std::uint64_
   const Reference reference{truth, run.sensors, Epochs(study, truth)};
   errors.simulate_s = run.simulate_s;
   errors.align_s = run.align_s;
-  const std::vector<Event>& events = run.start.data.events;
-  errors.fixes = static_cast<std::size_t>(std::count_if(events.begin(), events.end(), [&](const Event& e) {
-    return e.kind == Event::Kind::fix && e.t_s > run.start.cursor.t_s;
+  const std::vector<Observation>& observations = run.start.data.observations;
+  errors.fixes = static_cast<std::size_t>(std::count_if(observations.begin(), observations.end(), [&](const Observation& o) {
+    return o.kind->gate == GateClass::position && o.t_s > run.start.cursor.t_s;
   }));
-  // As the smoother gives them: from the start to the last event.
-  const double end_s = events.empty() ? run.start.cursor.t_s : events.back().t_s;
+  // As the smoother gives them: from the start to the last observation.
+  const double end_s = observations.empty() ? run.start.cursor.t_s : observations.back().t_s;
   for (std::size_t k = first_epoch(run.start); k < truth.epochs.size() && truth.epochs[k].t_s <= end_s; ++k) {
     if (!reference.epochs.counted(k)) continue;
     ++errors.epochs;

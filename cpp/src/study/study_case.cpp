@@ -99,7 +99,7 @@ StudyStart drawn_start(const StudyCase& study, const Config& config, const Truth
     start.data.fixes.push_back(fix_from_record(sensors.gnss[i], i, config,
                                                config.gnss.latency_s.value_or(kUnestimatedLatency_s),
                                                config.gnss.std_scale.value_or(kUnestimatedScale)));
-  merge_events(start.data);
+  list_observations(start.data);
   start.filter = filter_options(config);
   const NavState<double> error = NavState<double>::exp(drawn.eps);
   start.belief = {NavState<double>{truth.epochs.front().X, {}} * error.inverse(), drawn.P_0};

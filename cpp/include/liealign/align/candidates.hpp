@@ -74,7 +74,7 @@ struct CandidateScore {
   double turn_rad = 0.0;                      // of the same: from its heading to that of its smoothed start
 };
 
-// The fixes as the parameters put and weigh them, merged into events again.
+// The fixes as the parameters put and weigh them, listed as observations again.
 FlightData with_parameters(const FlightData& data, const FlightParameters& parameters, double t_start_s);
 FilterOptions with_parameters(FilterOptions options, const FlightParameters& parameters);
 InitialStd with_parameters(InitialStd std, const FlightParameters& parameters);
@@ -83,10 +83,10 @@ InitialStd with_parameters(InitialStd std, const FlightParameters& parameters);
 Belief<LieModel<double>> start_belief(const AlignmentProblem& problem, const InitialStd& initial, double heading_rad,
                                       double heading_std_rad, const StartCorrection& correction = {});
 
-// The IMU of a problem, cut at its events as these parameters put them.
+// The IMU of a problem, cut at its observations as these parameters put them.
 IntervalSeries intervals_for(const AlignmentProblem& problem, const FlightParameters& parameters);
 
-// Fills in the blocks and intervals of a problem: its IMU with the biases seen at rest, cut at its events.
+// Fills in the blocks and intervals of a problem: its IMU with the biases seen at rest, cut at its observations.
 void preintegrate(AlignmentProblem& problem);
 
 // One filter per candidate: pre-tuning at rest, then set_heading(), then the scored flight. Over intervals, neighbours that

@@ -54,7 +54,8 @@ template <typename Attitude>
 struct ChartModel {
   using Scalar = double;
   using State = NavState<double>;
-  static constexpr int Dim = State::Dim;
+  static constexpr int Dim = State::Dim, kTailDim = 0;
+  static constexpr bool kKeepsBlocks = false;
   using Tangent = Vector<double, Dim>;
   using Covariance = SquareMatrix<double, Dim>;
 
@@ -88,6 +89,12 @@ struct ChartModel {
     P = J * whole * J.transpose();
   }
 
+  template <int cols>
+  static void reset_back(Eigen::Matrix<double, Dim, cols>& M, const Tangent& eps) {
+    M.template topRows<3>() =
+        (Attitude::right_jacobian(eps.template head<3>()).transpose() * M.template topRows<3>()).eval();
+  }
+
   // T and its inverse of (Eq. 66).
   static Covariance lie_from_error(const State& X) {
     return blocks(Attitude::body_from_error(X.first), X.first.C.transpose());
@@ -104,14 +111,10 @@ struct ChartModel {
     return t;
   }
 
-  static Prediction<double> gnss_position(const State& X, const Vector3d& l_ba_b) {
-    return in_chart(X, LieModel<double>::gnss_position(X, l_ba_b));
+  // H' of (Eq. 66).
+  static void error_columns(const State& X, Eigen::Matrix<double, 3, kTail>& H) {
+    H = (H * lie_from_error(X)).eval();
   }
-  static Prediction<double> gnss_velocity(const State& X, const Vector3d& l_ba_b, const Vector3d& omega_measured) {
-    return in_chart(X, LieModel<double>::gnss_velocity(X, l_ba_b, omega_measured));
-  }
-  static Prediction<double> zero_velocity(const State& X) { return in_chart(X, LieModel<double>::zero_velocity(X)); }
-  static Prediction<double> zero_rate(const State& X) { return in_chart(X, LieModel<double>::zero_rate(X)); }
 
  private:
   static Covariance blocks(const Matrix3d& A, const Matrix3d& C) {
@@ -120,10 +123,6 @@ struct ChartModel {
     T.template block<3, 3>(kNu, kNu) = C;
     T.template block<3, 3>(kRho, kRho) = C;
     return T;
-  }
-  static Prediction<double> in_chart(const State& X, Prediction<double> m) {
-    m.H = (m.H * lie_from_error(X)).eval();
-    return m;
   }
 };
 

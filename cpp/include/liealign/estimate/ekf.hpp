@@ -2,10 +2,11 @@
 //
 //   X_{k+1|k} = f(X_{k|k}, u)                                   P_{k+1|k} = F P F^T + B Sigma B^T + Q_b        (Eq. 27)
 //   K = P H^T S^-1, S = H P H^T + R                             X+ = X exp(gamma K z)                          (Eq. 28)
-//   P+ = J [(I - gamma K H) P (I - gamma K H)^T + gamma^2 K R K^T] J^T,  J = J_r(gamma K z)                    (Eq. 29)
+//   P+ = J [P - gamma (2 - gamma) K S K^T] J^T,  J = J_r(gamma K z)                                            (Eq. 29)
 //
-// Source: TAES (14), (23)-(25), DRONES (6). Beyond them: the Joseph form takes the gain that was applied, gamma K, and the
-// covariance is carried to the tangent of the updated state by J_r (reset of the left error; `covariance_reset`).
+// Source: TAES (14), (23)-(25), DRONES (6). Beyond them: P+ is that of the gain that was applied, gamma K, which is
+// (I - gamma K H) P (I - gamma K H)^T + gamma^2 K R K^T written out; and the covariance is carried to the tangent of the updated
+// state by J_r (reset of the left error; `covariance_reset`).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,11 +14,10 @@
 #include <cmath>
 
 #include "liealign/core/error.hpp"
+#include "liealign/estimate/dynamics.hpp"
 #include "liealign/estimate/gating.hpp"
-#include "liealign/ins/imu.hpp"
 #include "liealign/ins/interval_error.hpp"
-#include "liealign/ins/mechanization.hpp"
-#include "liealign/ins/noise_shape.hpp"
+#include "liealign/observe/observation.hpp"
 
 namespace liealign {
 
@@ -29,20 +29,20 @@ struct Belief {
 };
 
 // One lane of a belief, and a belief into one.
-template <template <typename> typename Model>
-Belief<Model<double>> lane(const Belief<Model<Lanes>>& belief, int i) {
+template <template <typename, int> typename Model, int tail>
+Belief<Model<double, tail>> lane(const Belief<Model<Lanes, tail>>& belief, int i) {
   return {lane(belief.X, i), lane(belief.P, i)};
 }
-template <template <typename> typename Model>
-void set_lane(Belief<Model<Lanes>>& belief, int i, const Belief<Model<double>>& one) {
+template <template <typename, int> typename Model, int tail>
+void set_lane(Belief<Model<Lanes, tail>>& belief, int i, const Belief<Model<double, tail>>& one) {
   set_lane(belief.X, i, one.X);
   set_lane(belief.P, i, one.P);
 }
 
-// What one update saw and did. ECEF axes (body axes for the zero rate).
+// What one update saw and did, in the axes of its kind. An observation of fewer than three rows leaves the others zero.
 template <typename Scalar>
 struct Innovation {
-  Vector3<Scalar> z;  // residual, m or m/s
+  Vector3<Scalar> z;  // residual
   Matrix3<Scalar> S;  // its covariance
   Scalar nis;         // (Eq. 24)
   Scalar half_log_det_S;
@@ -55,61 +55,32 @@ inline Innovation<double> lane(const Innovation<Lanes>& a, int i) {
   return {lane(a.z, i), lane(a.S, i), lane(a.nis, i), lane(a.half_log_det_S, i), lane(a.weight, i), a.verdict};
 }
 
-// How the state moves and how uncertain that is.
-struct Dynamics {
-  Mechanization mechanization = Mechanization::exact;
-  GravityModel gravity = GravityModel::normal;
-  ImuNoise noise;
+// One update, as the smoother goes back through it.
+template <typename Model>
+struct Correction {
+  using Tall = Eigen::Matrix<typename Model::Scalar, Model::Dim, 3>;
+  Tall Ht, K;  // H^T, P H^T S^-1
+  Matrix3<typename Model::Scalar> S_inverse;
+  Vector3<typename Model::Scalar> S_inverse_z;
+  typename Model::Scalar weight;
+  typename Model::Tangent eps;  // that the state moved by
 };
-
-// Density of the white noise of accelerometer and gyro, N^2; inside a gap of length T sigma_gap^2 T more, which adds up to
-// sigma_gap^2 T^2 over the gap however fixes split it.
-struct WhiteDensity {
-  double accel, gyro;  // (m/s^2)^2 s, (rad/s)^2 s
-};
-
-inline WhiteDensity white_density(const ImuNoise& n, double gap_s) {
-  return {n.accel_vrw * n.accel_vrw + n.accel_gap_mps2 * n.accel_gap_mps2 * gap_s,
-          n.gyro_arw * n.gyro_arw + n.gyro_gap_rps * n.gyro_gap_rps * gap_s};
-}
-
-// The same where and when a sample was taken.
-inline WhiteDensity white_density(const ImuNoise& n, const ImuSample& sample) {
-  if (!n.shape) return white_density(n, sample.gap_s);
-  const NoiseShape::Share share = n.shape->at(sample.t_s);
-  return {share.accel * n.accel_vrw * n.accel_vrw + n.accel_gap_mps2 * n.accel_gap_mps2 * sample.gap_s,
-          share.gyro * n.gyro_arw * n.gyro_arw + n.gyro_gap_rps * n.gyro_gap_rps * sample.gap_s};
-}
-
-// Variance of the mean input over dt (accelerometer first, as the biases).
-inline Vector<double, 6> input_variance(const WhiteDensity& d, double dt) {
-  const double a = d.accel / dt, g = d.gyro / dt;
-  return (Vector<double, 6>() << a, a, a, g, g, g).finished();
-}
-
-inline Vector<double, 6> input_variance(const ImuNoise& n, double dt, double gap_s = 0.0) {
-  return input_variance(white_density(n, gap_s), dt);
-}
-
-// What the biases gain over dt.
-inline Vector<double, 6> bias_variance(const ImuNoise& n, double dt) {
-  const double a = n.accel_bias_rw * n.accel_bias_rw * dt, g = n.gyro_bias_rw * n.gyro_bias_rw * dt;
-  return (Vector<double, 6>() << a, a, a, g, g, g).finished();
-}
 
 template <typename Model>
 struct Ekf {
   using Scalar = typename Model::Scalar;
   using Covariance = typename Model::Covariance;
-  using MeasurementMatrix = Eigen::Matrix<Scalar, 3, Model::Dim>;
-  static constexpr int kNav = 9, kBias = 6;
-  static_assert(Model::Dim == kNav + kBias);
+  using Tall = Eigen::Matrix<Scalar, Model::Dim, 3>;
+  static constexpr int kNav = 9, kBias = 6, kCore = kNav + kBias;
+  static_assert(Model::Dim == kCore + Model::kTailDim);
 
   Dynamics dynamics;
   bool covariance_reset = true;
+  TailModel tail = {};
 
-  // (Eq. 27) over dt seconds of one IMU sample. Returns the transition, for the smoother.
+  // (Eq. 27) over dt seconds of one IMU sample. Returns the transition, for the smoother. Models without a tail.
   NavTransition<Scalar> predict(Belief<Model>& belief, const ImuSample& sample, double dt) const {
+    static_assert(Model::kTailDim == 0);
     const NavTransition<Scalar> t =
         Model::step(belief.X, sample.omega_ib_b, sample.f_ib_b, dt, dynamics.mechanization, dynamics.gravity);
     propagate_covariance(belief.P, t, dt, white_density(dynamics.noise, sample));
@@ -117,15 +88,56 @@ struct Ekf {
   }
 
   // The same over a preintegrated interval whose samples were corrected by the biases b_0 (exact mechanization). Returns
-  // what gravitation did.
+  // what gravitation did. The tail moves along, (Eq. 79).
   IntervalPull<Scalar> predict(Belief<Model>& belief, const Preintegrated<Scalar>& pre,
                                const Vector<Scalar, kBias>& b_0) const {
-    const SE23<Scalar> d = increments<Scalar>(pre, belief.X.second.x - b_0);
+    const SE23<Scalar> d = increments<Scalar>(pre, biases(belief.X) - b_0);
     const StartAxes<Scalar> axes(belief.X.first, pre.T);
-    propagate_interval<Scalar>(belief.P, axes, d, pre, half_walk(pre.T));
+    if constexpr (Model::kTailDim > 0) predict_tail(belief, tail_step(tail, pre.T));
+    propagate_interval<Scalar, Model::Dim>(belief.P, axes, d, pre, half_walk(pre.T));
     const IntervalPull<Scalar> pull(belief.X.first, d, pre.T, dynamics.gravity);
     belief.X.first = advance_interval(belief.X.first, d, pre.T, pull);
     return pull;
+  }
+
+  static void predict_tail(Belief<Model>& belief, const TailStep& step) {
+    auto& x = belief.X.second.x;
+    Covariance& P = belief.P;
+    const auto is_driven = [](int i) { return TailStep::driver(i) >= 0 && TailStep::driver(i) < Model::kTailDim; };
+    for (int i = 0; i < Model::kTailDim; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const int row = kTail + i;
+      x[kBias + i] *= step.keep[at];
+      P.row(row) *= step.keep[at];
+      P.col(row) *= step.keep[at];
+      if (!is_driven(i)) continue;
+      // The drivers come later in the tail, so that they are still as they were.
+      const int driver = TailStep::driver(i);
+      const double by = step.from_driver[at];
+      x[kBias + i] += by * x[kBias + driver];
+      P.row(row) += by * P.row(kTail + driver);
+      P.col(row) += by * P.col(kTail + driver);
+    }
+    for (int i = 0; i < Model::kTailDim; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const int row = kTail + i;
+      P(row, row) += step.noise[at];
+      if (!is_driven(i)) continue;
+      const int driver = kTail + TailStep::driver(i);
+      P(row, driver) += step.with_driver[at];
+      P(driver, row) += step.with_driver[at];
+    }
+  }
+
+  // Components [first, first + count) of the tail start anew, with this covariance and nothing to do with the past.
+  template <typename Block>
+  void redraw_tail(Belief<Model>& belief, int first, int count, const Block& variance) const {
+    if constexpr (Model::kTailDim > 0) {
+      belief.X.second.x.segment(kBias + first, count).setZero();
+      belief.P.middleRows(kTail + first, count).setZero();
+      belief.P.middleCols(kTail + first, count).setZero();
+      belief.P.block(kTail + first, kTail + first, count, count) = variance;
+    }
   }
 
   // What each bias gains in one half of an interval of T seconds.
@@ -133,16 +145,17 @@ struct Ekf {
     return Scalar(0.5) * T * bias_variance(dynamics.noise, 1.0).template cast<Scalar>();
   }
 
-  // z, S, zeta of a residual z = y - h(X) with measurement covariance R, at the belief as it is.
+  // z, S, zeta of an observation at the belief as it is. PHt becomes P H^T.
   // Throws NumericalError when S is not positive definite.
-  Innovation<Scalar> innovate(const Belief<Model>& belief, const Vector3<Scalar>& z, const MeasurementMatrix& H,
-                              const Matrix3d& R) const {
+  Innovation<Scalar> innovate(const Belief<Model>& belief, const Sighting<Scalar>& seen, const Tall& Ht, unsigned blocks,
+                              Tall& PHt) const {
     using std::isfinite;
     Innovation<Scalar> innovation;
-    innovation.z = z;
-    innovation.S = H.lazyProduct(times_transposed(belief.P, H)) + R.cast<Scalar>();
+    innovation.z = seen.z;
+    PHt = times_columns(belief.P, Ht, blocks);
+    innovation.S = Ht.transpose().lazyProduct(PHt) + seen.R;
     const Eigen::LLT<Matrix3<Scalar>> llt(innovation.S);
-    const Vector3<Scalar> whitened = llt.matrixL().solve(z);
+    const Vector3<Scalar> whitened = llt.matrixL().solve(innovation.z);
     innovation.nis = whitened.squaredNorm();
     if (llt.info() != Eigen::Success || !isfinite(innovation.nis)) {
       throw NumericalError("filter: the innovation covariance is not positive definite or the state is not finite");
@@ -151,27 +164,25 @@ struct Ekf {
     return innovation;
   }
 
-  // (Eq. 28)-(Eq. 29) with gain weight * K. A weight of 0 leaves the belief as it is.
-  void correct(Belief<Model>& belief, Innovation<Scalar>& innovation, const MeasurementMatrix& H,
-               const Scalar& weight) const {
+  // (Eq. 28)-(Eq. 29) with gain weight * K. A weight of 0 leaves the belief as it is. `note` becomes what the smoother needs.
+  void correct(Belief<Model>& belief, Innovation<Scalar>& innovation, const Tall& Ht, const Tall& PHt,
+               const Scalar& weight, Correction<Model>* note = nullptr) const {
     innovation.weight = weight;
     innovation.verdict = weight == Scalar(0)  ? Verdict::rejected
                          : weight < Scalar(1) ? Verdict::weighted
                                               : Verdict::used;
     if (innovation.verdict == Verdict::rejected) return;
-    const Tall PHt = times_transposed(belief.P, H);
-    const Tall K = weight * solve_from_right(PHt, innovation.S);
+    const Eigen::LLT<Matrix3<Scalar>> llt(innovation.S);
+    const Tall K_full = solve_from_right(PHt, llt), K = weight * K_full;
     const typename Model::Tangent eps = K * innovation.z;
     belief.X = Model::retract(belief.X, eps);
-    // (I - K H) P (I - K H)^T + K R K^T = P - K U^T - U K^T, U = P H^T - K S / 2, on and below the diagonal.
+    // P - K U^T - U K^T, U = P H^T - K S / 2, on and below the diagonal.
     const Tall U = PHt - Scalar(0.5) * K.lazyProduct(innovation.S);
-    for (int j = 0; j < Model::Dim; j += 3)
-      for (int i = j; i < Model::Dim; i += 3)
-        belief.P.template block<3, 3>(i, j) -=
-            K.template middleRows<3>(i).lazyProduct(U.template middleRows<3>(j).transpose()) +
-            U.template middleRows<3>(i).lazyProduct(K.template middleRows<3>(j).transpose());
+    subtract_products(belief.P, K, U);
     if (covariance_reset) Model::reset(belief.P, eps);
     mirror(belief.P);
+    if (note == nullptr) return;
+    *note = {Ht, K_full, llt.solve(Matrix3<Scalar>::Identity()), llt.solve(innovation.z), weight, eps};
   }
 
   // P <- [F B; 0 I] P [F B; 0 I]^T + [B Sigma B^T, 0; 0, Q_b], with the zeros and identities used.
@@ -196,21 +207,35 @@ struct Ekf {
   static void symmetrise(Covariance& P) { P = (Scalar(0.5) * (P + P.transpose())).eval(); }
 
  private:
-  using Tall = Eigen::Matrix<Scalar, Model::Dim, 3>;
-
-  // P H^T. A measurement sees two or three of the five blocks of the error, the others are left out.
-  static Tall times_transposed(const Covariance& P, const MeasurementMatrix& H) {
-    Tall out = Tall::Zero();
-    for (int block = 0; block < Model::Dim; block += 3) {
-      const Matrix3<Scalar> H_block = H.template middleCols<3>(block);
-      if (!H_block.isZero(0.0)) out += P.template middleCols<3>(block).lazyProduct(H_block.transpose());
+  // P H^T. Without a tail a kind sees two or three of the five blocks of the error; the others are left out.
+  static Tall times_columns(const Covariance& P, const Tall& Ht, unsigned blocks) {
+    if constexpr (Model::kTailDim > 0 || !Model::kKeepsBlocks) {
+      return P.lazyProduct(Ht);
+    } else {
+      Tall out = Tall::Zero();
+      for (int block = 0; block < kCore / 3; ++block) {
+        if ((blocks >> static_cast<unsigned>(block) & 1U) == 0) continue;
+        out += P.template middleCols<3>(3 * block).lazyProduct(Ht.template middleRows<3>(3 * block));
+      }
+      return out;
     }
-    return out;
+  }
+
+  // P -= K U^T + U K^T on and below the diagonal: the core by blocks of three, then the rows of the tail.
+  static void subtract_products(Covariance& P, const Tall& K, const Tall& U) {
+    for (int j = 0; j < kCore; j += 3)
+      for (int i = j; i < kCore; i += 3)
+        P.template block<3, 3>(i, j) -= K.template middleRows<3>(i).lazyProduct(U.template middleRows<3>(j).transpose()) +
+                                        U.template middleRows<3>(i).lazyProduct(K.template middleRows<3>(j).transpose());
+    if constexpr (Model::kTailDim > 0) {
+      constexpr int n = Model::kTailDim;
+      P.template bottomRows<n>() -= K.template bottomRows<n>().lazyProduct(U.transpose()) +
+                                    U.template bottomRows<n>().lazyProduct(K.transpose());
+    }
   }
 
   // M S^-1 with S = L L^T: by columns, where a solve would divide row by row.
-  static Tall solve_from_right(const Tall& M, const Matrix3<Scalar>& S) {
-    const Eigen::LLT<Matrix3<Scalar>> llt(S);
+  static Tall solve_from_right(const Tall& M, const Eigen::LLT<Matrix3<Scalar>>& llt) {
     const Matrix3<Scalar>& L = llt.matrixLLT();
     const Vector3<Scalar> inverse = L.diagonal().cwiseInverse();
     Tall K;

@@ -1,4 +1,4 @@
-// What a filter runs over: prepared IMU samples, fixes, rest updates, merged into events in time.
+// What a filter runs over: prepared IMU samples, and observations in the order of time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,6 +8,7 @@
 
 #include "liealign/ins/gnss.hpp"
 #include "liealign/ins/imu.hpp"
+#include "liealign/observe/observation.hpp"
 
 namespace liealign {
 
@@ -20,24 +21,31 @@ struct RestUpdate {
       Vector3d::Zero();  // of such means over the whole rest: engines and wind rock a parked vehicle
 };
 
-struct Event {
-  enum class Kind { fix, rest };
-  double t_s = 0.0;
-  Kind kind = Kind::fix;
-  std::size_t index = 0;  // into fixes or rests
+// How still a vehicle at rest is taken to be.
+struct RestNoise {
+  double zupt_std_mps = 0.005;
+  double zaru_std_rps = 0.0;  // added to the gyro noise of the averaged rate
 };
 
 struct FlightData {
   std::shared_ptr<const ImuSeries> samples;  // of the IMU, prepared; [0] only marks the start. Copies share the bulk.
   std::vector<GnssFix> fixes;
   std::vector<RestUpdate> rests;
-  std::vector<Event> events;  // ascending in time, inside the IMU's span
+  std::vector<Observation> observations;  // ascending in time, inside the IMU's span
   Vector3d l_ba_b = Vector3d::Zero();
+  RestNoise rest_noise;
 
   const ImuSeries& imu() const { return *samples; }
 };
 
-// Merges fixes and rests that lie in (imu.front, imu.back] into `events`.
-void merge_events(FlightData& data);
+// One fix, one rest, as observations: position, and velocity where there is one; zero velocity and zero rate.
+void add_observations(const GnssFix& fix, const Vector3d& l_ba_b, std::vector<Observation>& to);
+void add_observations(const RestUpdate& rest, const RestNoise& noise, std::vector<Observation>& to);
+
+// Puts observations in the order of time and drops those outside (imu.front, imu.back].
+void sort_observations(const ImuSeries& imu, std::vector<Observation>& observations);
+
+// Makes the observations of a flight from its fixes and rests.
+void list_observations(FlightData& data);
 
 }  // namespace liealign

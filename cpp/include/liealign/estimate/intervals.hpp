@@ -64,7 +64,7 @@ struct SampleBlocks {
 struct Interval {
   double end_s = 0.0;
   Preintegrated<double> pre;
-  Vector3d omega_end = Vector3d::Zero();  // rad/s, of the last sample, as measured
+  ImuReading end;                         // what the IMU reads at its end
   bool bridges_gap = false;               // a gap of the log reaches into it
 };
 
@@ -96,7 +96,7 @@ struct ByIntervals {
       t_s = interval.end_s;
     }
   }
-  Vector3d omega() const { return series.intervals[next - 1].omega_end; }
+  ImuReading reading() const { return series.intervals[next - 1].end; }
   ImuCursor cursor() const { return {0, t_s}; }
 };
 
@@ -132,7 +132,7 @@ struct ByRescaledIntervals {
     while (reaches(t_target))
       ekf.predict(belief, take().template cast<Scalar>(), as.series.b_0.template cast<Scalar>());
   }
-  Vector3d omega() const { return as.omega(); }
+  ImuReading reading() const { return as.reading(); }
   ImuCursor cursor() const { return as.cursor(); }
 };
 
@@ -158,7 +158,7 @@ struct ByShiftedIntervals {
       ekf.predict(belief, pre, by.as.series.b_0.template cast<Scalar>());
     }
   }
-  Vector3d omega() const { return by.omega(); }
+  ImuReading reading() const { return by.reading(); }
   ImuCursor cursor() const { return by.cursor(); }
 
  private:

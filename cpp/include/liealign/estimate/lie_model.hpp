@@ -1,21 +1,24 @@
-// The Lie model: state X in SE_2(3) x T(6), left error X = X_hat exp(eps). What Ekf and Smoother ask of a model.
+// The Lie model: state X in SE_2(3) x T(6 + tail), left error X = X_hat exp(eps). What Ekf and the smoothers ask of a model.
 //
-// A model gives: State, Dim, and the static functions below. Its error has nine navigation components, then
-// (b_a, b_g), so that a transition is always [F B; 0 I] with F 9x9 and B 9x6. Source: TAES (19)-(22).
+// A model gives: State, Dim, kTailDim, and the static functions below. Its error has nine navigation components, then
+// (b_a, b_g), so that a transition is always [F B; 0 I] with F 9x9 and B 9x6; the tail moves by itself. Observations are
+// predicted with the Lie error; error_columns() turns their derivatives to that of the model.
+// Source: TAES (19)-(22).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "liealign/ins/interval_error.hpp"
-#include "liealign/ins/measurements.hpp"
 #include "liealign/ins/mechanization.hpp"
+#include "liealign/ins/nav_state.hpp"
 
 namespace liealign {
 
-template <typename Scalar_ = double>
+template <typename Scalar_ = double, int tail = 0>
 struct LieModel {
   using Scalar = Scalar_;
-  using State = NavState<Scalar>;
-  static constexpr int Dim = State::Dim;
+  using State = NavState<Scalar, tail>;
+  static constexpr int Dim = State::Dim, kTailDim = tail;
+  static constexpr bool kKeepsBlocks = true;  // a kind's zero blocks are zero in this error as well
   using Tangent = Vector<Scalar, Dim>;
   using Covariance = SquareMatrix<Scalar, Dim>;
 
@@ -23,14 +26,25 @@ struct LieModel {
   static Tangent local(const State& X_hat, const State& X) { return (X_hat.inverse() * X).log(); }
   // P <- J_r(eps) P J_r(eps)^T, the reset of the left error, on the half of P below its diagonal.
   static void reset(Covariance& P, const Tangent& eps) {
-    const typename SE23<Scalar>::JacobianBlocks J =
-        SE23<Scalar>::left_jacobian_blocks(-eps.template head<SE23<Scalar>::Dim>());
-    NavCovariance<Scalar, 6> nav = nav_covariance(P);
-    apply_jacobian(nav, J);
-    set_nav_covariance(P, nav);
+    NavCovariance<Scalar, Dim - 9> nav = nav_covariance<Scalar, Dim>(P);
+    apply_jacobian(nav, reset_blocks(eps));
+    set_nav_covariance<Scalar, Dim>(P, nav);
   }
   static Covariance right_jacobian(const Tangent& eps) { return State::right_jacobian(eps); }
   static Covariance right_jacobian_inverse(const Tangent& eps) { return State::right_jacobian_inverse(eps); }
+
+  // lambda <- J_r(eps)^T lambda for each column of M: back through the reset.
+  template <int cols>
+  static void reset_back(Eigen::Matrix<Scalar, Dim, cols>& M, const Tangent& eps) {
+    using Rows = Eigen::Matrix<Scalar, 3, cols>;
+    const typename SE23<Scalar>::JacobianBlocks j = reset_blocks(eps);
+    const Rows phi = M.template middleRows<3>(kPhi), nu = M.template middleRows<3>(kNu),
+               rho = M.template middleRows<3>(kRho);
+    M.template middleRows<3>(kPhi) = j.J.transpose().lazyProduct(phi) + j.Q_nu.transpose().lazyProduct(nu) +
+                                     j.Q_rho.transpose().lazyProduct(rho);
+    M.template middleRows<3>(kNu) = j.J.transpose().lazyProduct(nu);
+    M.template middleRows<3>(kRho) = j.J.transpose().lazyProduct(rho);
+  }
 
   // One IMU step of dt seconds with the measured rate and force; X becomes the next state.
   static NavTransition<Scalar> step(State& X, const Vector3d& omega_measured, const Vector3d& f_measured, double dt,
@@ -39,14 +53,13 @@ struct LieModel {
     return advance(X.first, u, mechanization, gravity);
   }
 
-  static Prediction<Scalar> gnss_position(const State& X, const Vector3d& l_ba_b) {
-    return predict_gnss_position(X, l_ba_b);
+  // The columns that an observation's derivative by the Lie error has in the error of this model: the same.
+  static void error_columns(const State&, Eigen::Matrix<Scalar, 3, kTail>&) {}
+
+ private:
+  static typename SE23<Scalar>::JacobianBlocks reset_blocks(const Tangent& eps) {
+    return SE23<Scalar>::left_jacobian_blocks(-eps.template head<SE23<Scalar>::Dim>());
   }
-  static Prediction<Scalar> gnss_velocity(const State& X, const Vector3d& l_ba_b, const Vector3d& omega_measured) {
-    return predict_gnss_velocity(X, l_ba_b, Vector3<Scalar>(omega_measured.cast<Scalar>() - b_g(X)));
-  }
-  static Prediction<Scalar> zero_velocity(const State& X) { return predict_zero_velocity(X); }
-  static Prediction<Scalar> zero_rate(const State& X) { return predict_zero_rate(X); }
 };
 
 // One lane of a state, and a state into one.

@@ -20,7 +20,7 @@ struct OutputFrame {
 
 // The epoch of the point, (Eq. 48); biases stay those of the IMU, in its axes. omega_ib_b [rad/s] is what the gyros
 // read at t_s, variance_omega [(rad/s)^2] its white noise.
-Epoch epoch_of(double t_s, const Belief<LieModel<double>>& belief, const OutputFrame& frame, const Vector3d& omega_ib_b,
+Epoch epoch_of(double t_s, const NodeBelief& belief, const OutputFrame& frame, const Vector3d& omega_ib_b,
                double variance_omega);
 
 }  // namespace liealign

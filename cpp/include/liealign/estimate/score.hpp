@@ -12,7 +12,8 @@
 #include <limits>
 #include <vector>
 
-#include "liealign/estimate/forward.hpp"
+#include "liealign/estimate/ekf.hpp"
+#include "liealign/estimate/filter_options.hpp"
 
 namespace liealign {
 
@@ -23,14 +24,14 @@ struct Score {
   std::size_t positions = 0;
   std::vector<Scalar> position_nis, velocity_nis;
 
-  // `options` has the gates that bound the loss.
-  void add(const FilterOptions& options, UpdateKind kind, const Innovation<Scalar>& innovation) {
-    if (kind == UpdateKind::zero_velocity || kind == UpdateKind::zero_rate) return;
-    const bool position = kind == UpdateKind::position;
-    negative_log_likelihood +=
-        innovation.half_log_det_S + bounded_loss(position ? options.gate : options.velocity_gate, innovation.nis);
-    (position ? position_nis : velocity_nis).push_back(innovation.nis);
-    if (!position) return;
+  // `options` has the gates that bound the loss. What no gate rejects is not scored.
+  void add(const FilterOptions& options, const Observation& observation, const Innovation<Scalar>& innovation) {
+    const Gate* gate = options.gate_of(observation.kind->gate);
+    if (gate == nullptr) return;
+    negative_log_likelihood += innovation.half_log_det_S + bounded_loss(*gate, innovation.nis);
+    if (observation.kind->gate == GateClass::velocity) velocity_nis.push_back(innovation.nis);
+    if (observation.kind->gate != GateClass::position) return;
+    position_nis.push_back(innovation.nis);
     position_squares += innovation.z.squaredNorm();
     ++positions;
   }

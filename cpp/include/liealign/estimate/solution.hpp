@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "liealign/estimate/inside_interval.hpp"
+#include "liealign/estimate/interval_smoother.hpp"
 
 namespace liealign {
 
@@ -13,39 +13,25 @@ struct Epoch {
   double t_s = 0.0;
   NavState<double> X;
   Matrix3d P_phi, P_nu, P_rho;          // rad^2, (m/s)^2, m^2
+  Matrix3d P_relative;                  // m^2, of the position in the receiver's own datum, (Eq. 83)
   Vector3d variance_b_a, variance_b_g;  // (m/s^2)^2, (rad/s)^2
 };
 
-inline Epoch epoch_of(double t_s, const Belief<LieModel<double>>& b) {
-  return {t_s,
-          b.X,
-          b.P.block<3, 3>(kPhi, kPhi),
-          b.P.block<3, 3>(kNu, kNu),
-          b.P.block<3, 3>(kRho, kRho),
-          b.P.diagonal().segment<3>(kBa),
-          b.P.diagonal().segment<3>(kBg)};
-}
+Epoch epoch_of(double t_s, const NodeBelief& b);
 
 // Of lane i.
-inline Epoch epoch_of(double t_s, const NavBelief<Lanes>& b, int i, const SquareMatrix<double, 6>& P_bb) {
-  return {t_s,
-          lane(b.X, i),
-          lane(b.P_phi, i),
-          lane(b.P_nu, i),
-          lane(b.P_rho, i),
-          P_bb.diagonal().head<3>(),
-          P_bb.diagonal().tail<3>()};
-}
+Epoch epoch_of(double t_s, const NavBelief<Lanes>& b, int i, const SquareMatrix<double, 6>& P_bb);
 
 // An epoch in the terms of the output: geodetic, NED, Euler angles, one sigma. Angles in rad, lengths in m.
 struct NavRow {
   double t_s, lat_rad, lon_rad, height_m;
   Vector3d v_n_mps, rpy_rad;  // yaw = heading in [0, 2 pi)
-  Vector3d std_p_n_m, std_v_n_mps, std_rpy_rad;
+  Vector3d std_p_n_m, std_v_n_mps, std_rpy_rad, relative_std_p_n_m;
 };
 
 // Standard deviations from the left error: p_n by C_b_n rho, v_n by C_b_n nu, and Euler angles by
 //   d(roll, pitch, yaw) = [1, s_r t_p, c_r t_p; 0, c_r, -s_r; 0, s_r/c_p, c_r/c_p] phi            (Eq. 41)
+// Throws NumericalError when a variance is negative.
 NavRow nav_row(const Epoch& epoch);
 
 }  // namespace liealign

@@ -93,36 +93,41 @@ void add_noise(NavCovariance<Scalar, n>& P, const IntervalNoise<Scalar>& Q) {
   P.rho_rho += Q.rho;
 }
 
-// P <- [I B; 0 I] P [I B; 0 I]^T, P_bb that of the biases, all six of which P has.
-template <typename Scalar>
-void add_biases(NavCovariance<Scalar, 6>& P, const Preintegrated<Scalar>& pre, const SquareMatrix<Scalar, 6>& P_bb) {
+// P <- [I B; 0 I] P [I B; 0 I]^T, P_bx that of the six biases with the n others of P, themselves first.
+template <typename Scalar, int n>
+void add_biases(NavCovariance<Scalar, n>& P, const Preintegrated<Scalar>& pre,
+                const Eigen::Matrix<Scalar, 6, n>& P_bx) {
   using Columns = Eigen::Matrix<Scalar, 6, 3>;
-  const NavRows<Scalar, 6> B_bb = bias_times<Scalar, 6>(pre, P_bb);
+  const NavRows<Scalar, n> B_bx = bias_times<Scalar, n>(pre, P_bx);
   const Scalar half(0.5);
   // B P_bn + P_nb B^T + B P_bb B^T = Y + Y^T
-  add_symmetric(P, bias_times<Scalar, 3>(pre, Columns(P.b_phi + half * B_bb.phi.transpose())),
-                bias_times<Scalar, 3>(pre, Columns(P.b_nu + half * B_bb.nu.transpose())),
-                bias_times<Scalar, 3>(pre, Columns(P.b_rho + half * B_bb.rho.transpose())));
-  P.b_phi += B_bb.phi.transpose();
-  P.b_nu += B_bb.nu.transpose();
-  P.b_rho += B_bb.rho.transpose();
+  const auto columns = [&](const Eigen::Matrix<Scalar, n, 3>& P_bn, const Eigen::Matrix<Scalar, 3, n>& B_b) -> Columns {
+    return P_bn.template topRows<6>() + half * B_b.template leftCols<6>().transpose();
+  };
+  add_symmetric(P, bias_times<Scalar, 3>(pre, columns(P.b_phi, B_bx.phi)),
+                bias_times<Scalar, 3>(pre, columns(P.b_nu, B_bx.nu)),
+                bias_times<Scalar, 3>(pre, columns(P.b_rho, B_bx.rho)));
+  P.b_phi += B_bx.phi.transpose();
+  P.b_nu += B_bx.nu.transpose();
+  P.b_rho += B_bx.rho.transpose();
 }
 
-// P (15x15, of the left error) over the whole interval; half_walk is what the biases gain in one half of it: they walk on
-// half before and half after, which leaves the mean of their products with the rest right.
-template <typename Scalar>
-void propagate_interval(SquareMatrix<Scalar, 15>& P, const StartAxes<Scalar>& axes, const SE23<Scalar>& d,
+// P (of the left error, biases and tail) over the whole interval, the tail as it is; half_walk is what the biases gain in one
+// half of it: they walk on half before and half after, which leaves the mean of their products with the rest right.
+template <typename Scalar, int dim>
+void propagate_interval(SquareMatrix<Scalar, dim>& P, const StartAxes<Scalar>& axes, const SE23<Scalar>& d,
                         const Preintegrated<Scalar>& pre, const Vector<Scalar, 6>& half_walk) {
-  P.diagonal().template tail<6>() += half_walk;
-  NavCovariance<Scalar, 6> nav = nav_covariance(P);
+  constexpr int kBiases = 9, n = dim - kBiases;
+  P.diagonal().template segment<6>(kBiases) += half_walk;
+  NavCovariance<Scalar, n> nav = nav_covariance<Scalar, dim>(P);
   enter_interval(nav, axes);
-  add_biases<Scalar>(nav, pre, P.template bottomRightCorner<6, 6>());
+  add_biases<Scalar, n>(nav, pre, P.template block<6, n>(kBiases, kBiases));
   add_noise(nav, IntervalNoise<Scalar>(pre));
   leave_interval(nav, d, pre.T, axes);
   turn(nav, d.C);
-  set_nav_covariance(P, nav);
+  set_nav_covariance<Scalar, dim>(P, nav);
   mirror(P);
-  P.diagonal().template tail<6>() += half_walk;
+  P.diagonal().template segment<6>(kBiases) += half_walk;
 }
 
 // ---- As matrices ----------------------------------------------------------------------------------------------------
@@ -139,7 +144,6 @@ Eigen::Matrix<Scalar, 9, 6> bias_columns(const Preintegrated<Scalar>& pre) {
 // x_t to the left error at time t, the last line of (Eq. 53).
 template <typename Scalar>
 SquareMatrix<Scalar, 9> leave_matrix(const SE23<Scalar>& d, const Scalar& t, const StartAxes<Scalar>& a) {
-  constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
   SquareMatrix<Scalar, 9> L = SquareMatrix<Scalar, 9>::Identity();
   L.template block<3, 3>(kRho, kPhi) = -hat(d.p);
   L.template block<3, 3>(kRho, kNu).diagonal().setConstant(t);
@@ -155,7 +159,6 @@ SquareMatrix<Scalar, 9> leave_matrix(const SE23<Scalar>& d, const Scalar& t, con
 template <typename Scalar>
 NavTransition<Scalar> interval_transition(const StartAxes<Scalar>& axes, const SE23<Scalar>& d,
                                           const Preintegrated<Scalar>& pre) {
-  constexpr int kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho;
   NavTransition<Scalar> t;
   t.F = leave_matrix(d, pre.T, axes);
   t.B = t.F.lazyProduct(bias_columns(pre));

@@ -19,6 +19,7 @@
 #include "liealign/core/types.hpp"
 #include "liealign/earth/gravity.hpp"
 #include "liealign/ins/imu.hpp"
+#include "liealign/ins/nav_state.hpp"
 #include "liealign/lie/se23.hpp"
 
 namespace liealign {
@@ -93,7 +94,7 @@ SE23<Scalar> mechanize_exact(const SE23<Scalar>& X, const ImuInput<Scalar>& u, c
 template <typename Scalar>
 NavTransition<Scalar> transition_exact(const SE23<Scalar>& X, const SE23<Scalar>& next, const ImuInput<Scalar>& u,
                                        const detail::ExactStep<Scalar>& s) {
-  constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho, kBa = 0, kBg = 3;
+  constexpr int kOfBa = 0, kOfBg = 3;  // columns of B
   const Scalar dt(u.dt);
   const Matrix3<Scalar> G0t = s.G0.transpose();
   const Matrix3<Scalar> W = hat(X.C.transpose() * wgs84::omega_ie_e<Scalar>());
@@ -112,12 +113,12 @@ NavTransition<Scalar> transition_exact(const SE23<Scalar>& X, const SE23<Scalar>
   t.F.template block<3, 3>(kNu, kNu) = G0t;
   t.F.template block<3, 3>(kNu, kRho) = G0t * v_by_rho;
 
-  t.B.template block<3, 3>(kPhi, kBa).setZero();
-  t.B.template block<3, 3>(kPhi, kBg) = -dt * s.G1.transpose();  // J_r(w dt) = Gamma_1(w dt)^T
-  t.B.template block<3, 3>(kNu, kBa) = -dt * G0t * s.G1;
-  t.B.template block<3, 3>(kNu, kBg) = -dt * dt * G0t * gamma_times_vector_derivative<1>(s.phi, u.f_ib_b, s.a);
-  t.B.template block<3, 3>(kRho, kBa) = -dt * dt * G0t * s.G2;
-  t.B.template block<3, 3>(kRho, kBg) = -dt * dt * dt * G0t * gamma_times_vector_derivative<2>(s.phi, u.f_ib_b, s.a);
+  t.B.template block<3, 3>(kPhi, kOfBa).setZero();
+  t.B.template block<3, 3>(kPhi, kOfBg) = -dt * s.G1.transpose();  // J_r(w dt) = Gamma_1(w dt)^T
+  t.B.template block<3, 3>(kNu, kOfBa) = -dt * G0t * s.G1;
+  t.B.template block<3, 3>(kNu, kOfBg) = -dt * dt * G0t * gamma_times_vector_derivative<1>(s.phi, u.f_ib_b, s.a);
+  t.B.template block<3, 3>(kRho, kOfBa) = -dt * dt * G0t * s.G2;
+  t.B.template block<3, 3>(kRho, kOfBg) = -dt * dt * dt * G0t * gamma_times_vector_derivative<2>(s.phi, u.f_ib_b, s.a);
 
   t.F.template middleRows<3>(kNu) -= W_next * t.F.template middleRows<3>(kRho);
   t.B.template middleRows<3>(kNu) -= W_next * t.B.template middleRows<3>(kRho);
@@ -144,7 +145,7 @@ SE23<Scalar> mechanize_paper(const SE23<Scalar>& X, const ImuInput<Scalar>& u, G
 // TAES (14f)-(14g): F = Ad(exp(-Omega dt)) + J_r(Omega dt) dt C, B = J_r dt dOmega/d(b_a, b_g).  (Eq. 17)
 template <typename Scalar>
 NavTransition<Scalar> transition_paper(const SE23<Scalar>& X, const ImuInput<Scalar>& u, GravityModel model) {
-  constexpr int kPhi = SE23<Scalar>::kPhi, kNu = SE23<Scalar>::kNu, kRho = SE23<Scalar>::kRho, kBa = 0, kBg = 3;
+  constexpr int kOfBa = 0, kOfBg = 3;  // columns of B
   const Scalar dt(u.dt);
   const Vector3<Scalar> omega_ie = wgs84::omega_ie_e<Scalar>();
   const Vector<Scalar, 9> step = paper_velocity(X, u, model) * dt;
@@ -165,8 +166,8 @@ NavTransition<Scalar> transition_paper(const SE23<Scalar>& X, const ImuInput<Sca
   const SquareMatrix<Scalar, 9> J_r_dt = dt * SE23<Scalar>::right_jacobian(step);
   NavTransition<Scalar> t;
   t.F = SE23<Scalar>::exp(-step).Ad() + J_r_dt * C_k;
-  t.B.template middleCols<3>(kBa) = -J_r_dt.template middleCols<3>(kNu);
-  t.B.template middleCols<3>(kBg) = -J_r_dt.template middleCols<3>(kPhi);
+  t.B.template middleCols<3>(kOfBa) = -J_r_dt.template middleCols<3>(kNu);
+  t.B.template middleCols<3>(kOfBg) = -J_r_dt.template middleCols<3>(kPhi);
   return t;
 }
 

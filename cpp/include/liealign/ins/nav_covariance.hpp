@@ -71,11 +71,11 @@ void add_symmetric(NavCovariance<Scalar, n>& P, const NavRows<Scalar, 3>& Y_phi,
   P.rho_rho += Y_rho.rho + Y_rho.rho.transpose();
 }
 
-// ---- As a part of 15x15 ---------------------------------------------------------------------------------------------
+// ---- As a part of the whole covariance ----------------------------------------------------------------------------
 
-// The blocks of a 15x15 covariance of the left error.
-template <typename Scalar>
-NavCovariance<Scalar, 6> nav_covariance(const SquareMatrix<Scalar, 15>& P) {
+// The blocks of a covariance of the left error with its biases and tail.
+template <typename Scalar, int dim>
+NavCovariance<Scalar, dim - 9> nav_covariance(const SquareMatrix<Scalar, dim>& P) {
   const auto block = [&](int row, int col) -> Matrix3<Scalar> { return P.template block<3, 3>(row, col); };
   return {block(0, 0),
           block(3, 0),
@@ -83,23 +83,23 @@ NavCovariance<Scalar, 6> nav_covariance(const SquareMatrix<Scalar, 15>& P) {
           block(6, 0),
           block(6, 3),
           block(6, 6),
-          P.template block<6, 3>(9, 0),
-          P.template block<6, 3>(9, 3),
-          P.template block<6, 3>(9, 6)};
+          P.template block<dim - 9, 3>(9, 0),
+          P.template block<dim - 9, 3>(9, 3),
+          P.template block<dim - 9, 3>(9, 6)};
 }
 
-// The other way round, on and below the diagonal. P_bb stays.
-template <typename Scalar>
-void set_nav_covariance(SquareMatrix<Scalar, 15>& P, const NavCovariance<Scalar, 6>& nav) {
+// The other way round, on and below the diagonal. The covariance of biases and tail stays.
+template <typename Scalar, int dim>
+void set_nav_covariance(SquareMatrix<Scalar, dim>& P, const NavCovariance<Scalar, dim - 9>& nav) {
   P.template block<3, 3>(0, 0) = nav.phi_phi;
   P.template block<3, 3>(3, 0) = nav.nu_phi;
   P.template block<3, 3>(3, 3) = nav.nu_nu;
   P.template block<3, 3>(6, 0) = nav.rho_phi;
   P.template block<3, 3>(6, 3) = nav.rho_nu;
   P.template block<3, 3>(6, 6) = nav.rho_rho;
-  P.template block<6, 3>(9, 0) = nav.b_phi;
-  P.template block<6, 3>(9, 3) = nav.b_nu;
-  P.template block<6, 3>(9, 6) = nav.b_rho;
+  P.template block<dim - 9, 3>(9, 0) = nav.b_phi;
+  P.template block<dim - 9, 3>(9, 3) = nav.b_nu;
+  P.template block<dim - 9, 3>(9, 6) = nav.b_rho;
 }
 
 // The half above the diagonal from the one below.

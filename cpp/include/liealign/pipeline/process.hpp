@@ -24,6 +24,13 @@ struct FixUpdate {
   Verdict verdict = Verdict::used;
 };
 
+// An update by another kind of observation than a fix's position or velocity; residual and std in the kind's own units.
+struct UpdateRecord {
+  double t_s = 0.0;
+  const ObservationKind* kind = nullptr;
+  FixUpdate update;
+};
+
 // What became of a GNSS record.
 struct FixRecord {
   double t_s = 0.0;  // true time
@@ -51,7 +58,8 @@ struct Solution {
   std::vector<Epoch> filtered;   // the same from the forward pass alone; empty unless output.filtered
   TrajectoryDigest digest;       // of smoothed
   std::vector<FixRecord> fixes;  // one per GNSS record
-  // Of the IMU, at the fixes and the rest updates, after each; empty unless asked for.
+  std::vector<UpdateRecord> others;  // of other kinds that a gate may reject, in the order of time
+  // Of the IMU, where something was observed, after the updates there; empty unless asked for.
   std::vector<Epoch> filtered_at_events, smoothed_at_events;
   Score<double> score;  // of the forward pass
   double heading_std_initial_rad = 0.0;

@@ -19,6 +19,7 @@ ImuNoise imu_noise(const Config& config);
 
 InitialStd initial_std(const Config& config);
 FilterOptions filter_options(const Config& config);
+RestNoise rest_noise(const Config& config);
 RestLimits rest_limits(const Config& config);
 HeadingSearchOptions heading_search_options(const Config& config);
 
