@@ -69,6 +69,9 @@ struct Visitor : SilentVisitor<FilterModel> {
 struct LaneMotion {
   std::variant<ByIntervals, ByRescaledIntervals, ByShiftedIntervals<Lanes>> by;
 
+  template <typename Motion>
+  explicit LaneMotion(const Motion& motion) : by(std::in_place_type<Motion>, motion) {}
+
   void move_to(double t_target, const Ekf<LanesModel>& ekf, Belief<LanesModel>& belief, Visitor<LanesModel>& visitor) {
     std::visit([&](auto& motion) { motion.move_to(t_target, ekf, belief, visitor); }, by);
   }
@@ -277,10 +280,10 @@ std::vector<CandidateScore> score_candidates(const AlignmentProblem& problem,
     const IntervalSeries& series = i == 0 ? problem.intervals : own[i - 1];
     const FlightParameters& p = some.front().parameters;
     const bool as_prepared = p.imu_noise_scale == 1.0 && p.accel_noise_scale == 1.0;
-    if (as_prepared) return evaluate<LanesModel>(problem, LaneMotion{ByIntervals(series)}, some);
+    if (as_prepared) return evaluate<LanesModel>(problem, LaneMotion(ByIntervals(series)), some);
     const ByRescaledIntervals motion{ByIntervals(series), problem.data.imu(),
                                      with_parameters(problem.filter, p).dynamics.noise};
-    return evaluate<LanesModel>(problem, LaneMotion{motion}, some);
+    return evaluate<LanesModel>(problem, LaneMotion(motion), some);
   });
 }
 
@@ -333,7 +336,7 @@ std::vector<CandidateScore> evaluate_clocks(const AlignmentProblem& problem, con
     }
     const ByRescaledIntervals by{ByIntervals(series), problem.data.imu(), noise};
     const ByShiftedIntervals<Lanes> motion{by, ahead_s, drift, problem.t_start_s};
-    return evaluate<LanesModel>(problem, LaneMotion{motion}, some);
+    return evaluate<LanesModel>(problem, LaneMotion(motion), some);
   });
 }
 
