@@ -16,8 +16,9 @@ APT_PACKAGES := build-essential cmake ninja-build libeigen3-dev libgtest-dev lib
 # What `make bench` wants besides.
 BENCH_APT_PACKAGES := libbenchmark-dev
 
-# What the C++ checks of `make test` want besides. .clang-format and .clang-tidy are written for version 14, Debian 12's.
-TEST_APT_PACKAGES := clang clang-format clang-tidy
+# What `make test` wants besides: a browser that draws the report, and for the C++ checks what follows it. .clang-format and
+# .clang-tidy are written for version 14, Debian 12's.
+TEST_APT_PACKAGES := chromium clang clang-format clang-tidy
 
 BUILD := build
 RELEASE := $(BUILD)/release
@@ -31,6 +32,10 @@ TEST_TOOLS_READY := $(BUILD)/.test-tools-ready
 VENV_READY := $(BUILD)/.venv-ready
 BENCH_READY := $(BUILD)/.bench-ready
 INSTALLED := $(BUILD)/.installed
+TEST_INSTALLED := $(BUILD)/.test-installed
+
+PRINT_BUILD_REQUIREMENTS := import tomllib; \
+  print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"], sep="\n")
 
 CPP_FILES := $(sort $(shell find cpp bindings tests/cpp benchmarks -name '*.[ch]pp' 2>/dev/null))
 
@@ -59,7 +64,7 @@ demo: $(INSTALLED)
 
 # pytest comes last, so that the output ends with its summary. The executable that it compares with the wheel, bit for bit, is
 # built for any machine, as the wheel is.
-test: format sanitized tidy $(INSTALLED)
+test: format sanitized tidy $(TEST_INSTALLED)
 	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_TESTS=ON -DLIEALIGN_POST=ON \
 	  -DLIEALIGN_NATIVE=OFF -DLIEALIGN_WERROR=$(WERROR)
 	cmake --build $(RELEASE) --parallel $(JOBS)
@@ -98,11 +103,15 @@ $(TIDY): .clang-tidy $(CPP_FILES) $(SANITIZED)/CMakeCache.txt
 	  xargs -P $(JOBS) -n 1 clang-tidy --quiet -p $(SANITIZED)
 	@touch $@
 
-# `pip install .` as a user without any of the above has it: an isolated build with Eigen from PyPI, in a virtualenv of its
-# own. Without system paths CMake sees no system Eigen.
+# `pip install .` as a user without any of the above has it: in a virtualenv of its own that holds the build requirements and
+# nothing else, with Eigen from PyPI. Without system paths CMake sees no system Eigen. pip would isolate the build by itself, but
+# each time at another path, and then no compilation is found again.
 wheel: | $(TOOLS_READY)
 	$(PYTHON) -m venv --clear $(BUILD)/wheel-venv
-	CMAKE_ARGS=-DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF $(BUILD)/wheel-venv/bin/python -m pip install --quiet .
+	$(PYTHON) -c '$(PRINT_BUILD_REQUIREMENTS)' >$(BUILD)/build-requirements.txt
+	$(BUILD)/wheel-venv/bin/python -m pip install --quiet -r $(BUILD)/build-requirements.txt
+	CMAKE_ARGS=-DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF $(BUILD)/wheel-venv/bin/python -m pip install --quiet \
+	  --no-build-isolation --config-settings=build-dir=$(BUILD)/wheel .
 	$(BUILD)/wheel-venv/bin/liealign --version
 
 # Built for the processor of this machine.
@@ -171,19 +180,23 @@ $(TOOLS_READY): Makefile
 $(TEST_TOOLS_READY): Makefile | $(TOOLS_READY)
 	@have() { command -v "$$1" >/dev/null 2>&1; }; \
 	sanitizes() { echo 'int main() {}' | clang++ -fsanitize=address,undefined -x c++ - -o $(BUILD)/.sanitizes 2>/dev/null; }; \
+	browses() { have chromium || have chromium-browser || have google-chrome; }; \
 	missing() { \
-	  for tool in clang++ clang-format clang-tidy; do have $$tool || echo $$tool; done; \
-	  sanitizes || echo "the sanitizers of clang++"; }; \
+	  for tool in ccache clang++ clang-format clang-tidy; do have $$tool || echo $$tool; done; \
+	  sanitizes || echo "the sanitizers of clang++"; \
+	  browses || echo chromium; }; \
 	install() { \
 	  as_root=; if [ "$$(id -u)" -ne 0 ] && have sudo; then as_root=sudo; fi; \
 	  $$as_root apt-get update -q && \
 	  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$$@"; }; \
 	if [ -n "$$(missing)" ] && have apt-get; then \
 	  echo "missing: $$(missing | paste -sd, -); installing $(TEST_APT_PACKAGES)"; \
-	  install $(TEST_APT_PACKAGES) || true; \
+	  install ccache $(TEST_APT_PACKAGES) || true; \
 	  if have clang++ && ! sanitizes; then install libclang-rt-$$(clang++ -dumpversion | cut -d. -f1)-dev || true; fi; \
 	fi; \
-	lacks=$$(missing | paste -sd, -); \
+	browses || echo "warning: no chromium: the report will not be drawn" >&2; \
+	have ccache || echo "warning: no ccache: everything will be compiled twice" >&2; \
+	lacks=$$(missing | grep -vx 'ccache\|chromium' | paste -sd, -) || true; \
 	if [ -n "$$lacks" ]; then \
 	  echo "make test needs $$lacks; install clang, clang-format and clang-tidy, version 14 or newer" >&2; exit 1; fi
 	@touch $@
@@ -191,8 +204,7 @@ $(TEST_TOOLS_READY): Makefile | $(TOOLS_READY)
 # The virtualenv holds the build requirements as well: with them at a fixed place, pip builds only what has changed.
 $(VENV_READY): pyproject.toml | $(TOOLS_READY)
 	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"], sep="\n")' \
-	  >$(BUILD)/build-requirements.txt
+	$(BIN)/python -c '$(PRINT_BUILD_REQUIREMENTS)' >$(BUILD)/build-requirements.txt
 	$(BIN)/python -m pip install --quiet -r $(BUILD)/build-requirements.txt
 	@touch $@
 
@@ -212,5 +224,10 @@ $(BENCH_READY): Makefile $(VENV_READY)
 	@touch $@
 
 $(INSTALLED): $(VENV_READY) $(WHEEL_SOURCES)
-	$(BIN)/python -m pip install --quiet --no-build-isolation '.[test,dev]'
+	$(BIN)/python -m pip install --quiet --no-build-isolation .
 	@touch $@
+
+# The same with what the tests want, and compiled by the flags of the release build, which then finds its objects in the cache.
+$(TEST_INSTALLED): $(VENV_READY) $(WHEEL_SOURCES)
+	CMAKE_ARGS=-DLIEALIGN_WERROR=$(WERROR) $(BIN)/python -m pip install --quiet --no-build-isolation '.[test,dev]'
+	@touch $@ $(INSTALLED)

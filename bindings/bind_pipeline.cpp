@@ -80,7 +80,8 @@ py::dict innovation_columns(const Solution& solution) {
   return d;
 }
 
-Solution run(const PreparedFlight& flight, const HeadingResult& heading, const py::object& progress, bool keep_events) {
+Solution run_flight(const PreparedFlight& flight, const HeadingResult& heading, const py::object& progress,
+                    bool keep_events) {
   const Progress callback = progress_from(progress);
   py::gil_scoped_release release;
   return process(flight, heading, callback, keep_events);
@@ -118,7 +119,7 @@ void bind_pipeline(py::module_& m) {
       .def_property_readonly("p_rms_m", [](const Solution& s) { return s.score.p_rms(); })
       .def_property_readonly("epochs", [](const Solution& s) { return s.digest.epochs; });
 
-  m.def("process", &run, py::arg("flight"), py::arg("heading"), py::arg("progress") = py::none(),
+  m.def("process", &run_flight, py::arg("flight"), py::arg("heading"), py::arg("progress") = py::none(),
         py::arg("keep_events") = false,
         "Filter and smoother. progress(done, total) is called now and then; returning False raises Cancelled.\n\n"
         "Raises InputError, NumericalError.");

@@ -111,8 +111,8 @@ py::dict columns(const StudyCase& study, const Truth& truth, const std::vector<R
   return d;
 }
 
-py::dict run(const StudyCase& study, const Truth& truth, std::size_t first, std::size_t count,
-             const py::object& progress) {
+py::dict run_flights(const StudyCase& study, const Truth& truth, std::size_t first, std::size_t count,
+                     const py::object& progress) {
   const Progress callback = progress_from(progress);
   std::vector<RunErrors> runs;
   {
@@ -146,7 +146,7 @@ void bind_study(py::module_& m) {
         "The truth that all runs of the case share.\n\nRaises Error for a field out of range.");
   m.def("nees_times", &nees_times, py::arg("study"), py::arg("truth"), "Times that NEES is taken at [s].");
   m.def(
-      "run_study", &run, py::arg("study"), py::arg("truth"), py::arg("first"), py::arg("count"),
+      "run_study", &run_flights, py::arg("study"), py::arg("truth"), py::arg("first"), py::arg("count"),
       py::arg("progress") = py::none(),
       "Runs first to first + count - 1 of the case. Arrays by name, one row per run:\n\n"
       "squares, variances, largest (n, models, 2, 2, channels): sums over the epochs, by filter and smoother, then by "

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "liealign/estimate/output_frame.hpp"
 #include "liealign/pipeline/process.hpp"
 #include "liealign/pipeline/settings.hpp"
 #include "liealign/pipeline/simulated_flight.hpp"

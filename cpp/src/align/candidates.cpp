@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <span>
 #include <utility>
+#include <variant>
 
 #include "liealign/align/heading_posterior.hpp"
 #include "liealign/estimate/interval_smoother.hpp"
@@ -52,30 +54,32 @@ struct Scored {
 
 const Innovation<double>& lane(const Innovation<double>& one, int) { return one; }
 
-// Of one candidate, or of those side by side.
+// Shows what an update saw to `watcher`, where there is one: one type for every run, so that the filter is compiled once.
 template <typename FilterModel>
-struct ScoringVisitor : SilentVisitor<FilterModel> {
-  const FilterOptions& options;
-  std::vector<Scored> scored;
+struct Visitor : SilentVisitor<FilterModel> {
+  using Seen = Innovation<typename FilterModel::Scalar>;
+  std::function<void(const Observation&, const Seen&)> watcher;
 
-  ScoringVisitor(const FilterOptions& o, std::size_t candidates, std::size_t observations) : options(o), scored(candidates) {
-    for (Scored& one : scored) {
-      one.terms.reserve(observations);
-      one.score.position_nis.reserve(observations);
-    }
-  }
-
-  void updated(const Observation& o, const Innovation<typename FilterModel::Scalar>& innovation) {
-    for (std::size_t i = 0; i < scored.size(); ++i)
-      scored[i].add(options, o, lane(innovation, static_cast<int>(i)));
+  void updated(const Observation& o, const Seen& innovation) {
+    if (watcher) watcher(o, innovation);
   }
 };
 
-struct RecordingVisitor : SilentVisitor<Model> {
-  std::vector<FixInnovation> innovations;
+// How lanes move, chosen at run time for the same reason.
+struct LaneMotion {
+  std::variant<ByIntervals, ByRescaledIntervals, ByShiftedIntervals<Lanes>> by;
 
-  void updated(const Observation& o, const Innovation<double>& innovation) {
-    if (o.kind->gate == GateClass::position) innovations.push_back({o.record, innovation.z.norm()});
+  template <typename Motion>
+  explicit LaneMotion(const Motion& motion) : by(std::in_place_type<Motion>, motion) {}
+
+  void move_to(double t_target, const Ekf<LanesModel>& ekf, Belief<LanesModel>& belief, Visitor<LanesModel>& visitor) {
+    std::visit([&](auto& motion) { motion.move_to(t_target, ekf, belief, visitor); }, by);
+  }
+  ImuReading reading() const {
+    return std::visit([](const auto& motion) { return motion.reading(); }, by);
+  }
+  ImuCursor cursor() const {
+    return std::visit([](const auto& motion) { return motion.cursor(); }, by);
   }
 };
 
@@ -101,9 +105,10 @@ void for_each_belief(Headings one, Belief<Model>& belief, const Set& set) {
   set(belief, one.front());
 }
 
-// `motion` stands at t_begin_s and goes through the pre-tuning and, shown to the visitor, the scored flight.
-template <typename FilterModel, typename Motion, typename Visitor>
-void run(const AlignmentProblem& problem, Motion motion, Headings headings, Visitor& visitor) {
+// `motion` stands at t_begin_s and goes through the pre-tuning and, shown to the watcher, the scored flight.
+template <typename FilterModel, typename Motion>
+void run(const AlignmentProblem& problem, Motion motion, Headings headings,
+         decltype(Visitor<FilterModel>::watcher) watcher) {
   const HeadingCandidate& candidate = headings.front();
   const FlightData data = with_parameters(problem.data, candidate.parameters, problem.t_start_s);
   const FilterOptions scoring = scoring_options(problem, candidate);
@@ -114,25 +119,33 @@ void run(const AlignmentProblem& problem, Motion motion, Headings headings, Visi
   for_each_belief(headings, belief, [&](Belief<Model>& one, const HeadingCandidate& c) {
     one = start_belief(problem, initial, c.heading_rad, c.heading_std_rad, c.start);
   });
+  Visitor<FilterModel> visitor;
   if (!problem.motion) {
-    SilentVisitor<FilterModel> silent;
-    forward_pass(motion, data, filter, belief, problem.t_start_s, silent);
+    forward_pass(motion, data, filter, belief, problem.t_start_s, visitor);
     const Ekf<FilterModel> ekf{filter.dynamics, filter.covariance_reset};
-    motion.move_to(problem.t_start_s, ekf, belief, silent);
+    motion.move_to(problem.t_start_s, ekf, belief, visitor);
     for_each_belief(headings, belief, [&](Belief<Model>& one, const HeadingCandidate& c) {
       set_heading(one, c.heading_rad, c.heading_std_rad, data.l_ba_b);
     });
   }
+  visitor.watcher = std::move(watcher);
   forward_pass(motion, data, filter, belief, problem.t_end_s, visitor);
 }
 
 template <typename FilterModel, typename Motion>
 std::vector<CandidateScore> evaluate(const AlignmentProblem& problem, const Motion& motion, Headings headings) {
   const FilterOptions options = scoring_options(problem, headings.front());
-  ScoringVisitor<FilterModel> visitor(options, headings.size(), problem.data.observations.size());
-  run<FilterModel>(problem, motion, headings, visitor);
+  std::vector<Scored> scored(headings.size());
+  for (Scored& one : scored) {
+    one.terms.reserve(problem.data.observations.size());
+    one.score.position_nis.reserve(problem.data.observations.size());
+  }
+  run<FilterModel>(problem, motion, headings, [&](const Observation& o, const auto& innovation) {
+    for (std::size_t i = 0; i < scored.size(); ++i)
+      scored[i].add(options, o, lane(innovation, static_cast<int>(i)));
+  });
   std::vector<CandidateScore> scores;
-  for (Scored& one : visitor.scored) scores.push_back(one.result());
+  for (Scored& one : scored) scores.push_back(one.result());
   return scores;
 }
 
@@ -267,10 +280,10 @@ std::vector<CandidateScore> score_candidates(const AlignmentProblem& problem,
     const IntervalSeries& series = i == 0 ? problem.intervals : own[i - 1];
     const FlightParameters& p = some.front().parameters;
     const bool as_prepared = p.imu_noise_scale == 1.0 && p.accel_noise_scale == 1.0;
-    if (as_prepared) return evaluate<LanesModel>(problem, ByIntervals(series), some);
+    if (as_prepared) return evaluate<LanesModel>(problem, LaneMotion(ByIntervals(series)), some);
     const ByRescaledIntervals motion{ByIntervals(series), problem.data.imu(),
                                      with_parameters(problem.filter, p).dynamics.noise};
-    return evaluate<LanesModel>(problem, motion, some);
+    return evaluate<LanesModel>(problem, LaneMotion(motion), some);
   });
 }
 
@@ -323,15 +336,20 @@ std::vector<CandidateScore> evaluate_clocks(const AlignmentProblem& problem, con
       set_lane(drift, i, -change.drift);
     }
     const ByRescaledIntervals by{ByIntervals(series), problem.data.imu(), noise};
-    return evaluate<LanesModel>(problem, ByShiftedIntervals<Lanes>{by, ahead_s, drift, problem.t_start_s}, some);
+    const ByShiftedIntervals<Lanes> motion{by, ahead_s, drift, problem.t_start_s};
+    return evaluate<LanesModel>(problem, LaneMotion(motion), some);
   });
 }
 
 std::vector<FixInnovation> fix_innovations(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
-  RecordingVisitor visitor;
   const BySamples motion{problem.data.imu(), cursor_at(problem.data.imu(), problem.t_begin_s)};
-  run<Model>(problem, motion, Headings(&candidate, 1), visitor);
-  return visitor.innovations;
+  std::vector<FixInnovation> innovations;
+  run<Model>(problem, motion, Headings(&candidate, 1),
+             [&](const Observation& o, const Innovation<double>& innovation) {
+               if (o.kind->gate != GateClass::position) return;
+               innovations.push_back({o.record, innovation.z.norm()});
+             });
+  return innovations;
 }
 
 }  // namespace liealign

@@ -7,6 +7,8 @@
 
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
+#include "liealign/estimate/forward.hpp"
+#include "liealign/estimate/output_frame.hpp"
 #include "liealign/ins/profiles.hpp"
 
 namespace liealign {

@@ -73,8 +73,9 @@ void write_truth(const std::string& path, const Truth& truth) {
              {"pitch_deg", 6},
              {"heading_deg", 6}},
             truth.epochs.size(), [&](std::size_t k, double* c) {
-              Epoch epoch{truth.epochs[k].t_s, {truth.epochs[k].X, {}}, Matrix3d::Zero(), Matrix3d::Zero(),
-                          Matrix3d::Zero(),    Vector3d::Zero(),        Vector3d::Zero()};
+              Epoch epoch;
+              epoch.t_s = truth.epochs[k].t_s;
+              epoch.X.first = truth.epochs[k].X;
               const NavRow row = nav_row(epoch);
               c[0] = row.t_s;
               c[1] = row.lat_rad * kRadToDeg;

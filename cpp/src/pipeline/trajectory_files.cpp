@@ -7,6 +7,7 @@
 
 #include "liealign/core/units.hpp"
 #include "liealign/earth/gravity.hpp"
+#include "liealign/estimate/output_frame.hpp"
 #include "liealign/io/sbet.hpp"
 #include "liealign/pipeline/results.hpp"
 #include "liealign/pipeline/settings.hpp"

@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "liealign/align/candidates.hpp"
+#include "liealign/align/candidate.hpp"
 #include "liealign/align/surface_search.hpp"
 
 namespace liealign {

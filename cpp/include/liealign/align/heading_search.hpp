@@ -29,7 +29,7 @@
 #include <string>
 #include <vector>
 
-#include "liealign/align/candidates.hpp"
+#include "liealign/align/candidate.hpp"
 #include "liealign/align/heading_posterior.hpp"
 #include "liealign/align/quadratic_fit.hpp"
 #include "liealign/align/surface_search.hpp"

@@ -10,27 +10,11 @@
 #pragma once
 
 #include "liealign/align/rest.hpp"
+#include "liealign/align/start_values.hpp"
 #include "liealign/estimate/ekf.hpp"
 #include "liealign/estimate/lie_model.hpp"
 
 namespace liealign {
-
-// One sigma, SI.
-struct InitialStd {
-  double roll_pitch_rad = 0.0;  // at least; levelled by gravity, the tilt is off by accel_bias / g
-  double velocity_mps = 0.0;
-  double gyro_bias_rps = 0.0;
-  double accel_bias_mps2 = 0.0;
-};
-
-// What a smoothed flight says of the tilt and the biases that it starts with. The filter is of first order in the errors of its
-// start: from a corrected one it is of first order in what is left of them. Velocity and position need none of it.
-struct StartCorrection {
-  double roll_rad = 0.0, pitch_rad = 0.0;
-  Vector<double, 6> biases = Vector<double, 6>::Zero();  // b_a, b_g
-
-  bool operator==(const StartCorrection&) const = default;
-};
 
 // What leads from one start to another, and the start that a correction leads to: its heading and its antenna stay.
 StartCorrection correction_between(const NavState<double>& from, const NavState<double>& to);
@@ -43,19 +27,6 @@ Vector<double, 2> level(const Vector3d& mean_f_ib_b);
 Belief<LieModel<double>> belief_at_rest(const RestStatistics& rest, double heading_rad, double heading_std_rad,
                                         const InitialStd& std, const Vector3d& l_ba_b, GravityModel gravity,
                                         const StartCorrection& correction = {});
-
-// What a start in motion begins with: velocity and position of the antenna from the fixes, the tilt from the coarse stage.
-struct MotionStatistics {
-  double t_s = 0.0;
-  double roll_rad = 0.0, pitch_rad = 0.0;
-  double tilt_std_rad = 0.0;
-  Vector3d p_ea_e = Vector3d::Zero();
-  double position_std_m = 0.0;
-  Vector3d v_ea_e = Vector3d::Zero();
-  double velocity_std_mps = 0.0;
-  Vector3d b_g_rps = Vector3d::Zero();
-  double gyro_bias_std_rps = 0.0;  // of b_g, where that of InitialStd is larger
-};
 
 // The belief in motion with a given heading and its standard deviation. The velocity does not turn with the heading: it is
 // known from the fixes. phi as in (Eq. 36), nu and rho from the fixes.

@@ -11,7 +11,7 @@
 #include <limits>
 #include <vector>
 
-#include "liealign/align/candidates.hpp"
+#include "liealign/align/candidate.hpp"
 
 namespace liealign {
 

@@ -12,9 +12,9 @@ namespace liealign {
 struct Epoch {
   double t_s = 0.0;
   NavState<double> X;
-  Matrix3d P_phi, P_nu, P_rho;          // rad^2, (m/s)^2, m^2
-  Matrix3d P_relative;                  // m^2, of the position in the receiver's own datum, (Eq. 83)
-  Vector3d variance_b_a, variance_b_g;  // (m/s^2)^2, (rad/s)^2
+  Matrix3d P_phi = Matrix3d::Zero(), P_nu = P_phi, P_rho = P_phi;      // rad^2, (m/s)^2, m^2
+  Matrix3d P_relative = Matrix3d::Zero();                              // m^2, of the position in the receiver's datum, (Eq. 83)
+  Vector3d variance_b_a = Vector3d::Zero(), variance_b_g = variance_b_a;  // (m/s^2)^2, (rad/s)^2
 };
 
 Epoch epoch_of(double t_s, const NodeBelief& b);

@@ -4,11 +4,13 @@
 
 #include "liealign/align/heading_search.hpp"
 #include "liealign/align/rest.hpp"
-#include "liealign/estimate/output_frame.hpp"
 #include "liealign/ins/prepare_imu.hpp"
 #include "liealign/pipeline/config.hpp"
 
 namespace liealign {
+
+struct FilterOptions;  // of estimate/forward.hpp
+struct OutputFrame;    // of estimate/output_frame.hpp
 
 // "auto" until the flight itself is asked: latency 0, both scales 1.
 inline constexpr double kUnestimatedLatency_s = 0.0;

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "liealign/align/coarse.hpp"
-#include "liealign/align/initial.hpp"
+#include "liealign/align/rest.hpp"
+#include "liealign/align/start_values.hpp"
 #include "liealign/pipeline/config.hpp"
 
 namespace liealign {
