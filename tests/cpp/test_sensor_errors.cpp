@@ -468,6 +468,26 @@ TEST(SimulatedFlight, its_true_biases_are_those_that_are_in_the_samples) {
   }
 }
 
+TEST(SimulatedFlight, it_vibrates_while_the_motors_run) {
+  ImuErrorSizes sizes;
+  const DroneFlight drone = testing::short_flight();
+  const SimulatedFlight quiet = simulate_flight(drone, {}, Config{}, 4, sizes);
+  sizes.accel_vibration_mps2.setConstant(2.0);
+  const SimulatedFlight shaken = simulate_flight(drone, {}, Config{}, 4, sizes);
+  double flying2 = 0.0, n = 0.0;
+  for (std::size_t k = 0; k < quiet.flight.imu.size(); ++k) {
+    const double t_s = quiet.flight.imu[k].t_s - drone.start_time_s;
+    const Vector3d vibration = shaken.flight.imu[k].f_ib_b - quiet.flight.imu[k].f_ib_b;
+    if (t_s < drone.parked_before_s || t_s > drone.duration_s - drone.parked_after_s) {
+      ASSERT_EQ(vibration.norm(), 0.0) << t_s;
+    } else if (t_s > drone.parked_before_s + 5.0 && t_s < drone.duration_s - drone.parked_after_s - 5.0) {
+      flying2 += vibration.squaredNorm();
+      n += 3.0;
+    }
+  }
+  EXPECT_NEAR(std::sqrt(flying2 / n), 2.0, 2.0 * 4.0 / std::sqrt(n));
+}
+
 TEST(TypedInErrors, lever_arm_and_latency_are_drawn_about_the_truth_with_their_sigma) {
   GnssErrors gnss;
   gnss.l_ba_b = kLever;

@@ -161,6 +161,7 @@ SimulatedFlight simulate_flight(Truth truth, const GnssErrors& gnss, const Confi
   SimulatedFlight out;
   out.truth = std::move(truth);
   out.imu_errors = imu_errors(config, imu, seed);
+  vibrate_in_motion(out.imu_errors, out.truth);
   SimulatedImu log = add_imu_errors(out.truth.imu, out.imu_errors, seed);
   out.flight.imu = std::move(log.log);
   out.b_a = std::move(log.b_a);

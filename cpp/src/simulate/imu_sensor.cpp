@@ -1,6 +1,8 @@
 // IMU errors (Eq. 45)-(Eq. 46), (Eq. 75).
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "liealign/core/error.hpp"
@@ -81,12 +83,23 @@ void vibrate(ImuSeries& log, const ImuErrors& e, std::uint64_t seed) {
   const std::vector<Vector3d> n_g = vibration(e.gyro_vibration_rps, kGyroVibration);
   const std::vector<Vector3d> n_a = vibration(e.accel_vibration_mps2, kAccelVibration);
   for (std::size_t k = 0; k < log.size(); ++k) {
+    if (t_s[k] < e.vibration_begin_s || t_s[k] > e.vibration_end_s) continue;
     log[k].omega_ib_b += n_g[k];
     log[k].f_ib_b += n_a[k];
   }
 }
 
 }  // namespace
+
+void vibrate_in_motion(ImuErrors& errors, const Truth& truth) {
+  constexpr double kStill_mps = 1e-3;  // gravity and the turning Earth leave 1e-12 in the velocity of a parked truth
+  const auto moves = [&](const TruthEpoch& epoch) { return epoch.X.v.norm() >= kStill_mps; };
+  const auto first = std::find_if(truth.epochs.begin(), truth.epochs.end(), moves);
+  const auto last = std::find_if(truth.epochs.rbegin(), truth.epochs.rend(), moves);
+  const bool never = first == truth.epochs.end();
+  errors.vibration_begin_s = never ? std::numeric_limits<double>::infinity() : first->t_s;
+  errors.vibration_end_s = never ? -std::numeric_limits<double>::infinity() : last->t_s;
+}
 
 SimulatedImu add_imu_errors(const ImuSeries& perfect, const ImuErrors& errors, std::uint64_t seed) {
   check(errors);

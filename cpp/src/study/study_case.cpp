@@ -69,6 +69,7 @@ StudySensors sense(const StudyCase& study, const Truth& truth, const Drawn& draw
     return sensors;
   }
   ImuErrors errors = imu_errors(study.config, study.imu, seed);
+  vibrate_in_motion(errors, truth);
   if (study.biases == "random_walk") {
     errors.ornstein_uhlenbeck = false;
     errors.b_a_turn_on = drawn.eps.segment<3>(kBa);

@@ -136,7 +136,7 @@ class Study:
             places = (
                 _Place(self.source, key, value, line, column)
                 for key, value, line, column in self.entries
-                if key == f"study.{words[0]}"
+                if key in (f"study.{words[0]}", f"errors.{words[0]}")
             )
             where = next((place.where() for place in places), f"{self.source}: " if self.source else "")
             raise ConfigError(f"{where}scenario {scenario}: {error}") from None

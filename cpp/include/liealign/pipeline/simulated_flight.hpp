@@ -24,7 +24,7 @@ struct ImuErrorSizes {
   double accel_misalignment_deg = 0.0;
   std::string turn_on = "drawn";  // drawn | fixed
   double noise_scale = 1.0;       // of the white noise and the drift of the profile; the config says nothing of it
-  // Of the body's axes, as they stand in the samples.
+  // Of the body's axes, as they stand in the samples from the first motion to the last.
   Vector3d gyro_vibration_deg_s = Vector3d::Zero();
   Vector3d accel_vibration_mps2 = Vector3d::Zero();
   double vibration_correlation_time_s = 0.01;
@@ -63,8 +63,8 @@ SimulatedFlight simulate_track(const std::vector<TrackPoint>& track, double rate
                                const GnssErrors& gnss, const Config& config, std::uint64_t seed,
                                const ImuErrorSizes& imu = {}, const TypedInErrors& typed_in = {});
 
-// Of the same recording, samples, fixes, truth and its biases with stamps from begin_s to end_s. Throws Error when fewer than two
-// samples are left.
+// Of the same recording, samples, fixes, truth and its biases with stamps from begin_s to end_s. Throws Error when fewer
+// than two samples are left.
 SimulatedFlight between(SimulatedFlight simulated, double begin_s, double end_s);
 
 // Writes imu.csv, gnss.csv, truth.csv (the columns of trajectory.csv without std) and FLIGHT.toml into the folder.

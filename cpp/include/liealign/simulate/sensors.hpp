@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -39,11 +40,16 @@ struct ImuErrors {
   Vector3d accel_scale = Vector3d::Zero();
   Vector3d gyro_misalignment_rad = Vector3d::Zero();
   Vector3d accel_misalignment_rad = Vector3d::Zero();
-  // n_g, n_a as they stand in the samples: stationary sigmas of a vibration, and how long it remembers.
+  // n_g, n_a as they stand in the samples: stationary sigmas of a vibration, its memory, its first and last time.
   Vector3d gyro_vibration_rps = Vector3d::Zero();
   Vector3d accel_vibration_mps2 = Vector3d::Zero();
   double vibration_correlation_time_s = 0.01;
+  double vibration_begin_s = -std::numeric_limits<double>::infinity();
+  double vibration_end_s = std::numeric_limits<double>::infinity();
 };
+
+// Sets the times of the vibration: motors run from the first motion of the truth to the last (1 mm/s and more).
+void vibrate_in_motion(ImuErrors& errors, const Truth& truth);
 
 // b_a[k], b_g[k]: true biases at the stamp of sample k. As in the filter's model, the sample of step k carries the
 // biases of epoch k-1, which walk afterwards.
