@@ -506,6 +506,7 @@ class GnssErrors:
     stated_velocity_std_factor: float
     heading: bool
     heading_std_deg: float
+    stated_heading_std_deg: float
     def __init__(
         self,
         *,
@@ -533,6 +534,7 @@ class GnssErrors:
         stated_velocity_std_factor: float = ...,
         heading: bool = ...,
         heading_std_deg: float = ...,
+        stated_heading_std_deg: float = ...,
     ) -> None: ...
 
 class TruthColumns(TypedDict):

@@ -187,6 +187,9 @@ TEST(GnssErrors, the_stated_std_is_that_of_white_and_correlated_part_unless_anot
   EXPECT_DOUBLE_EQ(record.std_v_n_mps.z(), 0.39);
   const GnssErrors none = without_random_errors(errors);
   EXPECT_EQ(stated_std_ned_m(none), stated_std_ned_m(errors));
+  // The perfect receiver of the same file.
+  for (const GnssRecord& r : simulate_gnss(straight_truth(10.0), none, 1))
+    EXPECT_LT(position_error_n(straight_truth(10.0), r, r.t_s).norm(), 1e-6);
   EXPECT_EQ(none.std_ned_m.norm() + none.correlated_std_ned_m.norm() + none.velocity_correlated_std_ned.norm(), 0.0);
 }
 
@@ -345,6 +348,9 @@ TEST(GnssErrors, the_heading_of_two_antennas_is_that_of_the_body_with_its_noise)
     sum2 += error_deg * error_deg;
     n += 1.0;
   }
+  const GnssRecord perfect = simulate_gnss(straight_truth(5.0), without_random_errors(errors), 2).front();
+  EXPECT_NEAR(perfect.heading_rad, 30.0 * kDegToRad, 1e-9);
+  EXPECT_DOUBLE_EQ(perfect.std_heading_rad, 0.4 * kDegToRad);
   // The truth is straight in the frame of its start: 40 km on, north has turned by up to half a degree there.
   EXPECT_NEAR(sum / n, 0.0, 0.5);
   EXPECT_NEAR(std::sqrt(sum2 / n - sum * sum / (n * n)), 0.4, 0.06);

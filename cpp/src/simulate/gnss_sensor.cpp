@@ -78,6 +78,7 @@ void check(const GnssErrors& e) {
   require_not_negative("stamp_jitter_s", e.stamp_jitter_s);
   require_not_negative("arrival_delay_s", e.arrival_delay_s);
   require_not_negative("heading_std_deg", e.heading_std_deg);
+  require_not_negative("stated_heading_std_deg", e.stated_heading_std_deg);
   require_not_negative("the size of latency_s", std::abs(e.latency_s));
   require_not_negative("the size of velocity_latency_s", std::abs(e.velocity_latency_s.value_or(0.0)));
   require_not_negative("outlier_m", e.outlier_m);
@@ -169,7 +170,7 @@ void put_heading(GnssRecord& record, const Antenna& antenna, const FixErrors& er
   record.has_heading = true;
   const double heading = std::atan2(forward_n.y(), forward_n.x()) + errors.heading_rad;
   record.heading_rad = heading - 2.0 * kPi * std::floor(heading / (2.0 * kPi));  // from 0 to 2 pi, as in all files
-  record.std_heading_rad = e.heading_std_deg * kDegToRad;
+  record.std_heading_rad = kDegToRad * (e.stated_heading_std_deg > 0.0 ? e.stated_heading_std_deg : e.heading_std_deg);
 }
 
 // sqrt(white^2 + correlated^2) where nothing is stated, to the bit the white one where that is all.
@@ -198,9 +199,11 @@ GnssErrors without_random_errors(const GnssErrors& errors) {
   none.stated_std_ned_m = stated_std_ned_m(errors);
   none.stated_velocity_std_ned = stated_velocity_std_ned(errors);
   none.stated_std_factor = none.stated_velocity_std_factor = 1.0;
+  if (!(none.stated_heading_std_deg > 0.0)) none.stated_heading_std_deg = none.heading_std_deg;
   none.std_ned_m = none.velocity_std_ned = Vector3d::Zero();
   none.correlated_std_ned_m = none.velocity_correlated_std_ned = none.step_ned_m = Vector3d::Zero();
-  none.stamp_jitter_s = none.arrival_delay_s = none.velocity_step_mps = none.outlier_probability = 0.0;
+  none.stamp_jitter_s = none.arrival_delay_s = none.velocity_step_mps = none.outlier_probability =
+      none.heading_std_deg = 0.0;
   return none;
 }
 

@@ -98,6 +98,7 @@ struct GnssErrors {
 
   bool heading = false;  // of the body's x axis, by a second antenna (Eq. 76)
   double heading_std_deg = 0.3;
+  double stated_heading_std_deg = 0.0;  // 0 = heading_std_deg
 };
 
 // (Eq. 47), (Eq. 73)-(Eq. 74) at the multiples t_n of 1 / rate_hz inside the truth; between epochs X is interpolated on the
