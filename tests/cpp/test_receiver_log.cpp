@@ -96,6 +96,28 @@ TEST(StampGrid, puts_arrival_stamps_back_to_a_fraction_of_their_jitter) {
   }
 }
 
+TEST(StampGrid, goes_on_after_every_pause) {
+  std::mt19937 random(9);
+  std::normal_distribution<double> jitter(0.0, 0.005);
+  std::vector<double> epochs, stamps;
+  for (int k = 0; k < 600; ++k) {
+    const double pause_s = 97.03 * (k / 30) + (k > 595 ? 50.0 : 0.0);  // the receiver starts anew each time
+    epochs.push_back(0.1 * k + pause_s);
+    stamps.push_back(epochs.back() + jitter(random));
+  }
+  const StampGrid grid = stamp_grid(records_at(stamps));
+  ASSERT_FALSE(grid.arrival) << "no piece is as long as the window";
+  EXPECT_EQ(grid.t_s, stamps);
+
+  // One longer piece tells the interval; short ones are fitted as well, and the four last stamps stay.
+  for (std::size_t i = 0; i < 300; ++i) epochs[i] = 0.1 * static_cast<double>(i) - 100.0;
+  for (std::size_t i = 0; i < 300; ++i) stamps[i] = epochs[i] + jitter(random);
+  const StampGrid longer = stamp_grid(records_at(stamps));
+  ASSERT_TRUE(longer.arrival);
+  EXPECT_LT(rms(centred(longer.t_s, epochs)), 0.5 * 0.005);
+  EXPECT_EQ(longer.t_s.back(), stamps.back());
+}
+
 TEST(StampGrid, leaves_the_constant_delay_to_the_latency) {
   const Arrivals a = arrivals(0.2, 7, true);
   const StampGrid grid = stamp_grid(records_at(a.stamps));
@@ -118,16 +140,18 @@ TEST(StampGrid, counts_a_stamp_that_is_late_by_more_than_half_an_interval_to_its
 }
 
 TEST(StampGrid, leaves_stamps_that_are_the_epoch_alone) {
-  std::vector<double> exact, ticks, seconds_of_week, tiny;
+  std::mt19937 random(4);
+  std::normal_distribution<double> microseconds(0.0, 3e-6);
+  std::vector<double> exact, ticks, unix_time, tiny;
   for (int k = 0; k < 500; ++k) {
     exact.push_back(-0.92 + 0.1 * k);
     ticks.push_back(rounded(0.20003 * k, 0.001));  // the grid rounded, no jitter
-    seconds_of_week.push_back(1.7e9 + 0.25 * k);   // doubles of a Unix time step by 0.2 us
-    tiny.push_back(0.2 * k + 2e-6 * ((k * 7) % 5));
+    unix_time.push_back(1.7e9 + 0.2 * k);          // its doubles step by 0.2 us
+    tiny.push_back(0.2 * k + microseconds(random));
   }
   expect_unchanged(exact, "exact");
   expect_unchanged(ticks, "rounded to ticks");
-  expect_unchanged(seconds_of_week, "Unix time");
+  expect_unchanged(unix_time, "Unix time");
   expect_unchanged(tiny, "microseconds");
 }
 
@@ -139,17 +163,29 @@ TEST(StampGrid, sees_arrival_stamps_on_the_coarse_ticks_of_a_logger) {
   EXPECT_TRUE(stamp_grid(records_at(stamps)).arrival);
 }
 
+TEST(StampGrid, sees_a_jitter_that_is_small_against_the_interval) {
+  std::mt19937 random(6);
+  std::normal_distribution<double> jitter(0.0, 0.005);
+  std::vector<double> stamps;
+  for (int k = 0; k < 300; ++k) stamps.push_back(1.7e9 + rounded(k + jitter(random), 1e-6));
+  const StampGrid grid = stamp_grid(records_at(stamps));
+  EXPECT_TRUE(grid.arrival);
+  EXPECT_NEAR(grid.jitter_s, 0.005, 0.001);
+}
+
 TEST(StampGrid, has_no_grid_where_the_rate_is_not_uniform) {
   std::mt19937 random(1);
   std::exponential_distribution<double> pause(5.0);
-  std::vector<double> at_random{0.0}, two_rates{0.0}, doubled;
+  std::vector<double> at_random{0.0}, two_rates{0.0}, doubled, between;
   for (int k = 0; k < 500; ++k) {
     at_random.push_back(at_random.back() + 0.001 + pause(random));
     two_rates.push_back(two_rates.back() + (k < 250 ? 0.2 : 0.13) + 0.01 * std::sin(k));
+    between.push_back(0.2 * k + 0.003 * std::sin(k) + (k % 8 == 5 ? 0.08 : 0.0));
     doubled.push_back(0.1 * (k / 2) + 0.002 * (k % 2) + 0.001 * std::sin(k));
   }
   expect_unchanged(at_random, "at random");
   expect_unchanged(two_rates, "two rates");
+  expect_unchanged(between, "one stamp in eight between two epochs");
   std::sort(doubled.begin(), doubled.end());
   expect_unchanged(doubled, "two records for one epoch");
 }

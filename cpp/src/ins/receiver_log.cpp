@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -247,18 +248,21 @@ double line_at(const std::vector<double>& s, const std::vector<double>& c, Stret
   return a;
 }
 
+// a_i; NaN in a piece between two pauses that is too short for a line.
 std::vector<double> grid_times(const std::vector<double>& s, const std::vector<Stretch>& stretches,
                                const std::vector<double>& c) {
-  std::vector<double> t = s;
+  constexpr std::size_t kShortest = 10;
+  std::vector<double> a(s.size(), std::numeric_limits<double>::quiet_NaN());
   for (const Stretch& stretch : stretches) {
-    if (stretch.end - stretch.begin < kWindow) continue;  // a piece between two pauses keeps its stamps
+    const std::size_t window = std::min(kWindow, stretch.end - stretch.begin);
+    if (window < kShortest) continue;
     for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
-      const std::size_t before = std::min(i - stretch.begin, kWindow / 2);
-      const std::size_t begin = std::min(i - before, stretch.end - kWindow);
-      t[i] = line_at(s, c, {begin, begin + kWindow}, i);
+      const std::size_t before = std::min(i - stretch.begin, window / 2);
+      const std::size_t begin = std::min(i - before, stretch.end - window);
+      a[i] = line_at(s, c, {begin, begin + window}, i);
     }
   }
-  return t;
+  return a;
 }
 
 // Rounding of the stamps to a step q errs by q / sqrt(12) rms. The interval itself is no such step where the stamps jitter
@@ -267,23 +271,23 @@ double rounding_rms(const std::vector<double>& s, double jitter_s) {
   return column_step(s, kInfinity, 0.1 * jitter_s) / std::sqrt(12.0);
 }
 
-// Mean of stamp minus grid to zero, jitter, and whether the stamps may go. False where there is no grid.
+// Lines to grid times with their jitter: the mean of stamp minus grid goes to zero, and stamps without a line stay. False
+// where there is no grid.
 bool settle(const std::vector<double>& s, StampGrid& grid) {
-  const std::size_t n = s.size();
-  std::vector<double> e(n), sizes(n);
-  double mean = 0.0;
-  for (std::size_t i = 0; i < n; ++i) e[i] = s[i] - grid.t_s[i];
-  const double middle = median(e);
-  std::size_t far = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    mean += e[i] / static_cast<double>(n);
-    sizes[i] = std::abs(e[i] - middle);
-    if (sizes[i] > grid.interval_s / 3.0) ++far;
+  std::vector<double> e;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    if (!std::isnan(grid.t_s[i])) e.push_back(s[i] - grid.t_s[i]);
   }
-  for (double& t : grid.t_s) t += mean;
-  grid.jitter_s = kMedianToRms * median(std::move(sizes));
-  const bool increasing = std::is_sorted(grid.t_s.begin(), grid.t_s.end(), std::less_equal<>());
-  return increasing && 20 * far <= n && grid.jitter_s < grid.interval_s / 3.0;
+  if (e.empty()) return false;
+  const double mean = std::accumulate(e.begin(), e.end(), 0.0) / static_cast<double>(e.size());
+  for (std::size_t i = 0; i < s.size(); ++i) grid.t_s[i] = std::isnan(grid.t_s[i]) ? s[i] : grid.t_s[i] + mean;
+  const double middle = median(e), limit = grid.interval_s / 3.0;
+  for (double& size : e) size = std::abs(size - middle);
+  grid.jitter_s = kMedianToRms * median(e);
+  const auto far = std::count_if(e.begin(), e.end(), [&](double size) { return size > limit; });
+  const bool increasing =
+      std::adjacent_find(grid.t_s.begin(), grid.t_s.end(), std::greater_equal<>()) == grid.t_s.end();
+  return increasing && 20 * static_cast<std::size_t>(far) <= e.size() && grid.jitter_s < limit;
 }
 
 }  // namespace
