@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
@@ -15,13 +16,13 @@
 namespace liealign {
 namespace {
 
-constexpr double kMedianToRms = 1.4826;  // of a normal distribution: 1 / Phi^-1(3/4)
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double quantile(std::vector<double> values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
+
+double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
 
 // ---- Steps ----------------------------------------------------------------------------------------------------------
 
@@ -283,7 +284,7 @@ bool settle(const std::vector<double>& s, StampGrid& grid) {
   for (std::size_t i = 0; i < s.size(); ++i) grid.t_s[i] = std::isnan(grid.t_s[i]) ? s[i] : grid.t_s[i] + mean;
   const double middle = median(e), limit = grid.interval_s / 3.0;
   for (double& size : e) size = std::abs(size - middle);
-  grid.jitter_s = kMedianToRms * median(e);
+  grid.jitter_s = quantile(e, 0.8) / 1.2816;  // Phi^-1(0.9); the median would not see that a quarter of them is late
   const auto far = std::count_if(e.begin(), e.end(), [&](double size) { return size > limit; });
   const bool increasing =
       std::adjacent_find(grid.t_s.begin(), grid.t_s.end(), std::greater_equal<>()) == grid.t_s.end();

@@ -25,7 +25,7 @@ namespace liealign {
 struct StampGrid {
   std::vector<double> t_s;  // per record: the stamp put back on the grid; the stamp itself where that is not warranted
   double interval_s = 0.0;  // of the grid, on the clock of the stamps; 0 where there is none
-  double jitter_s = 0.0;    // robust rms (1.4826 median abs) of stamp minus grid; 0 where there is no grid
+  double jitter_s = 0.0;    // robust rms of stamp minus grid (80 % point of abs / 1.2816); 0 without a grid
   bool arrival = false;     // the stamps are arrival times of measurements on a uniform grid
 };
 
