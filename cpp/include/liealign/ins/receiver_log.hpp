@@ -11,7 +11,7 @@
 // Steps. Values rounded to a step q have differences d = k q with whole k, between neighbours and over lags, so that
 //   R(q) = mean cos(2 pi d / q)
 // over the differences from q/2 to 30 q is near 1; for values that are not rounded it is near 0. The step is the largest q
-// with R above 0.98. Rounding to q adds the variance q^2 / 12 (Widrow & Kollar, Quantization Noise, 2008, 5.3).
+// with R above 0.98. Rounding to q adds the variance q^2 / 12 (Widrow & Kollar, Quantization Noise, 2008).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
