@@ -250,6 +250,13 @@ class GnssColumns(TypedDict):
     v_n_mps: Array
     std_v_n_mps: Array
     fix: Array
+    heading_deg: Array
+    std_heading_deg: Array
+
+class BaroColumns(TypedDict):
+    time_s: Array
+    height_m: Array
+    std_m: Array
 
 class Flight:
     def __init__(
@@ -276,6 +283,7 @@ class Flight:
     def with_config(self, config: Config) -> Flight: ...
     def imu(self) -> ImuColumns: ...
     def gnss(self) -> GnssColumns: ...
+    def baro(self) -> BaroColumns: ...
 
 def read_flight(config: Config) -> Flight: ...
 

@@ -113,6 +113,7 @@ def test_study_sets_the_errors_of_sensors_and_of_what_is_typed_in() -> None:
         ("[errors.gnss]\nstd_ned_m = [true, 1, 1]", "expected three numbers"),
         ("[gnss]\nlever_arm_b_m = [0, 0, 1]", "the lever arm is errors.gnss.l_ba_b"),
         ("[imu]\ngyro_unit = 'dps'", "STUDY.toml:2:1: imu.gyro_unit does not belong to a study"),
+        ("[baro]\nfile = 'b.csv'", "STUDY.toml:2:1: baro.file does not belong to a study"),
         ("[output]\nfiltered = true", "output.filtered does not belong to a study"),
         ("[filter]\nmodel = 'euler'", "the filters are study.models"),
         ("[filter]\ngravity = 'flat'", "STUDY.toml:2:1: filter.gravity"),

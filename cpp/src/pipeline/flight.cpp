@@ -234,6 +234,7 @@ Flight read_flight(const Config& config) {
   Flight flight;
   flight.config = config;
   flight.imu = read_imu_csv(config.imu.file, flight.warnings);
+  if (!config.baro.file.empty()) flight.baro = read_baro_csv(config.baro.file, flight.warnings);
   if (!looks_like_rtklib_pos(config.gnss.file)) {
     flight.gnss = read_gnss_csv(config.gnss.file, flight.warnings);
     return flight;

@@ -35,7 +35,9 @@ _PARTS = ("flight", "gnss", "imu", "typed_in", "config")
 
 # Keys of FLIGHT.toml that say something of logs and of results, which a study has not, and what to do.
 _NOT_HERE = {
-    **dict.fromkeys(("imu.file", "gnss.file", "gnss.week"), "a study reads no logs; drop the key"),
+    **dict.fromkeys(
+        ("imu.file", "gnss.file", "gnss.week", "baro.file"), "a study reads no logs; drop the key"
+    ),
     **dict.fromkeys(
         ("imu.sample", "imu.gyro_unit", "imu.accel_unit", "imu.axes", "imu.mounting_rpy_deg"),
         "simulated samples are means in SI along the body axes; drop the key",

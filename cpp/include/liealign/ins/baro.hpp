@@ -1,4 +1,4 @@
-// Heights of a barometer: rows as a file gives them.
+// Barometer data: rows of baro.csv as the file gives them, heights above a level of the barometer's own.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,6 +6,7 @@
 
 namespace liealign {
 
+// One row of baro.csv, in SI.
 struct BaroRecord {
   double t_s = 0.0;
   double height_m = 0.0;
