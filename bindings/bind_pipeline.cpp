@@ -123,7 +123,10 @@ void bind_pipeline(py::module_& m) {
         py::arg("keep_events") = false,
         "Filter and smoother. progress(done, total) is called now and then; returning False raises Cancelled.\n\n"
         "Raises InputError, NumericalError.");
-  m.def("alignment_json", &alignment_json, py::arg("flight"), py::arg("heading"), "The text of alignment.json.");
+  m.def(
+      "alignment_json",
+      [](const PreparedFlight& flight, const HeadingResult& heading) { return alignment_json(flight, heading); },
+      py::arg("flight"), py::arg("heading"), "The text of alignment.json.");
   m.def("summary_json", &summary_json, py::arg("flight"), py::arg("heading"), py::arg("solution"),
         "The text of summary.json.");
   m.def(

@@ -12,6 +12,7 @@
 #include "liealign/estimate/output_frame.hpp"
 #include "liealign/estimate/parts.hpp"
 #include "liealign/estimate/sample_smoother.hpp"
+#include "liealign/pipeline/receiver.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign {
@@ -169,6 +170,9 @@ void by_intervals(Run& run, const Belief<LieModel<double, tail>>& belief, const 
   };
   const ForwardRun<tail> forward = run_forward<tail>(run.data, run.filter, belief, start, filter);
   run.filtered.hand_on(0);
+  if constexpr (tail > 0) {
+    if (run.solution.receiver) run.solution.receiver->latency = found_latency<tail>(run.solution.receiver->latency, forward.end.belief);
+  }
 
   struct EpochPair {
     Epoch filtered, smoothed;
@@ -251,15 +255,29 @@ struct DigestOf {
 
 }  // namespace
 
-RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading) {
+RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress) {
   const AlignmentProblem& problem = flight.problem;
   RunStart run;
-  run.data = with_parameters(flight.data, heading.parameters, problem.t_start_s);
-  run.filter = with_parameters(with_gates(flight.filter, heading.gate_scales), heading.parameters);
   run.heading_std_rad = initial_heading_std(flight, heading);
   run.belief = start_belief(problem, with_parameters(problem.initial, heading.parameters), heading.heading_rad,
                             run.heading_std_rad, heading.start);
-  run.cursor = cursor_at(run.data.imu(), flight.t_begin_s);
+  run.cursor = cursor_at(flight.data.imu(), flight.t_begin_s);
+  if (models_receiver(flight.config)) {
+    const ReceiverProblem receiver = receiver_problem(flight, heading, flight.filter, run.belief, run.cursor);
+    run.receiver = fit_receiver(receiver, progress);
+    run.data = with_receiver(receiver, run.receiver->parameters, run.receiver->latency);
+    run.filter = with_receiver(receiver, run.receiver->parameters);
+    run.wide_position_std_m = receiver.wide_position_std_m;
+    return run;
+  }
+  run.data = with_parameters(flight.data, heading.parameters, problem.t_start_s);
+  add_other_observations(flight, flight.latency_s + heading.parameters.latency_s, run.data.observations);
+  sort_observations(run.data.imu(), run.data.observations);
+  run.filter = with_parameters(with_gates(flight.filter, heading.gate_scales), heading.parameters);
+  if (!flight.baro.empty()) {
+    run.filter.tail.baro_std_m = flight.config.baro.bias_std_m;
+    run.filter.tail.baro_tau_s = flight.config.baro.bias_correlation_time_s;
+  }
   return run;
 }
 
@@ -278,14 +296,23 @@ void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink) {
 
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
                  const EpochSink& filtered, const Progress& progress, bool keep_events) {
-  const auto [data, filter, belief, start, heading_std_rad] = run_start(flight, heading);
-  const Output output(flight, filter, heading.parameters_std.latency_s.value_or(0.0));
+  const RunStart begin = run_start(flight, heading);
+  const FlightData& data = begin.data;
+  const FilterOptions& filter = begin.filter;
+  const ImuCursor& start = begin.cursor;
+  // A latency that is a state of the filter is in its covariance.
+  const Output output(flight, filter, begin.receiver ? 0.0 : heading.parameters_std.latency_s.value_or(0.0));
   Solution solution;
-  solution.heading_std_initial_rad = heading_std_rad;
+  solution.heading_std_initial_rad = begin.heading_std_rad;
+  solution.receiver = begin.receiver;
   for (std::size_t i = 0; i < flight.record_use.size(); ++i) {
     solution.fixes.push_back({flight.record_time_s[i], flight.record_use[i], {}, {}});
   }
-  for (const GnssFix& fix : data.fixes) solution.fixes[fix.record].t_s = fix.t_s;
+  for (const Observation& o : data.observations) {
+    if (o.kind->gate != GateClass::position) continue;
+    solution.fixes[o.record].t_s = o.t_s;
+    solution.fixes[o.record].use = RecordUse::update;
+  }
 
   std::size_t wanted = 0;
   for (std::size_t k = start.k - 1; k < data.imu().size(); ++k) wanted += output.wanted(k) ? 1 : 0;
@@ -305,13 +332,17 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
           progress, keep_events, solution};
   const std::string& model = flight.config.filter.model;
   if (model == "mekf") {
-    by_samples(run, belief_in<MekfModel>(belief), start);
+    by_samples(run, belief_in<MekfModel>(begin.belief), start);
   } else if (model == "euler") {
-    by_samples(run, belief_in<EulerModel>(belief), start);
-  } else if (filter.dynamics.mechanization == Mechanization::exact) {
-    by_intervals<kNoTail>(run, belief, start);
+    by_samples(run, belief_in<EulerModel>(begin.belief), start);
+  } else if (filter.dynamics.mechanization != Mechanization::exact) {
+    by_samples(run, begin.belief, start);
+  } else if (filter.tail.is_empty()) {
+    by_intervals<kNoTail>(run, begin.belief, start);
+  } else if (filter.tail.is_long()) {
+    by_intervals<kLongTail>(run, start_with_tail<kLongTail>(begin.belief, filter.tail, begin.wide_position_std_m), start);
   } else {
-    by_samples(run, belief, start);
+    by_intervals<kShortTail>(run, start_with_tail<kShortTail>(begin.belief, filter.tail, begin.wide_position_std_m), start);
   }
   if (solution.digest.epochs == 0) {
     throw InputError(

@@ -51,6 +51,8 @@ struct PreparedFlight {
   std::string start_reason;      // why, one sentence
   CoarseAlignment coarse;
   std::vector<std::string> warnings;
+  std::vector<GnssRecord> gnss;  // as logged
+  std::vector<BaroRecord> baro;  // likewise
 };
 
 // Throws InputError when IMU and GNSS do not overlap or a start at rest is wanted where there is none, ConfigError as above.
