@@ -6,7 +6,7 @@
 
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
-#include "liealign/ins/measurements.hpp"
+#include "liealign/ins/nav_state.hpp"
 
 namespace liealign::testing {
 

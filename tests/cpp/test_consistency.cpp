@@ -41,16 +41,16 @@ Model::Covariance initial_covariance(const SE23<double>& X) {
 }
 
 struct Keeper : SilentVisitor<Model> {
+  static constexpr bool keeps_changes = true;
   std::vector<Checkpoint<Model>> checkpoints;
   double nis = 0;
   int fixes = 0;
-  void updated(const Event&, UpdateKind, const Innovation<double>& i) {
+  void updated(const Observation&, const Innovation<double>& i) {
     nis += i.nis;
     ++fixes;
   }
-  void checkpoint(std::size_t, const Belief<Model>& b, const ImuCursor& c, const NavState<double>& X,
-                  const Model::Covariance& P) {
-    checkpoints.push_back({b, c, {X, P}});
+  void node(std::size_t, const Belief<Model>& b, const ImuCursor& c, const NodeChanges<Model>& changes) {
+    checkpoints.push_back({b, c, changes});
   }
 };
 
@@ -95,12 +95,12 @@ MatchedRun matched_run(const Truth& truth, std::uint64_t seed) {
     fix.R_p_e = C * r.P_n_m2 * C.transpose();
     data.fixes.push_back(fix);
   }
-  merge_events(data);
+  list_observations(data);
 
   Belief<Model> belief{X_hat, P_0};
   const ImuCursor start = cursor_at(data.imu(), data.imu().front().t_s);
   Keeper keeper;
-  keeper.checkpoints.push_back({belief, start, belief});
+  keeper.checkpoints.push_back({belief, start, {}});
   forward_pass(data, options, belief, start, data.imu().back().t_s, keeper);
 
   MatchedRun run;

@@ -8,6 +8,8 @@
 #include "liealign/estimate/score.hpp"
 #include "liealign/estimate/smoother.hpp"
 #include "liealign/estimate/solution.hpp"
+#include "liealign/observe/antenna_motion.hpp"
+#include "liealign/observe/kinds.hpp"
 #include "numeric.hpp"
 
 namespace liealign {
@@ -45,12 +47,17 @@ TEST(Ekf, one_update_equals_linear_least_squares) {
   for (int draw = 0; draw < 20; ++draw) {
     Belief<Model> belief{random_state(rng), random_covariance(rng)};
     const Belief<Model> prior = belief;
-    const Prediction<double> m = Model::gnss_position(belief.X, Vector3d(0.1, -0.05, -0.3));
+    const Seen<double> m = position_of(belief.X.first, Vector3d(0.1, -0.05, -0.3));
     const Matrix3d R = Vector3d(0.01, 0.02, 0.05).cwiseAbs2().asDiagonal();
     const Vector3d z = normal3(rng, 1e-4);  // small, so that the group is linear
     const Ekf<Model> ekf{{}, true};
-    Innovation<double> innovation = ekf.innovate(belief, z, m.H, R);
-    ekf.correct(belief, innovation, m.H, 1.0);
+    Sighting<double> seen;
+    seen.z = z;
+    seen.R = R;
+    const Ekf<Model>::Tall Ht = m.H.transpose();
+    Ekf<Model>::Tall PHt;
+    Innovation<double> innovation = ekf.innovate(belief, seen, Ht, kSeesPhi | kSeesRho, PHt);
+    ekf.correct(belief, innovation, Ht, PHt, 1.0);
     // (P^-1 + H^T R^-1 H) eps = H^T R^-1 z, scaled by sigma for the conditioning
     const Vector<double, 15> s = prior.P.diagonal().cwiseSqrt();
     const Cov scaled_P = s.cwiseInverse().asDiagonal() * prior.P * s.cwiseInverse().asDiagonal();
@@ -163,11 +170,16 @@ TEST(Gating, joseph_form_takes_the_applied_gain) {
   std::mt19937 rng(5);
   Belief<Model> belief{random_state(rng), random_covariance(rng)};
   const Cov P = belief.P;
-  const Prediction<double> m = Model::gnss_position(belief.X, Vector3d::Zero());
+  const Seen<double> m = position_of(belief.X.first, Vector3d(0, 0, 0));
   const Matrix3d R = 0.01 * Matrix3d::Identity();
   const Ekf<Model> ekf{{}, false};
-  Innovation<double> innovation = ekf.innovate(belief, Vector3d(1e-3, 0, 0), m.H, R);
-  ekf.correct(belief, innovation, m.H, 0.3);
+  Sighting<double> seen;
+  seen.z = Vector3d(1e-3, 0, 0);
+  seen.R = R;
+  const Ekf<Model>::Tall Ht = m.H.transpose();
+  Ekf<Model>::Tall PHt;
+  Innovation<double> innovation = ekf.innovate(belief, seen, Ht, kSeesPhi | kSeesRho, PHt);
+  ekf.correct(belief, innovation, Ht, PHt, 0.3);
   const Eigen::Matrix<double, 15, 3> K = 0.3 * P * m.H.transpose() * innovation.S.inverse();
   const Cov A = Cov::Identity() - K * m.H;
   EXPECT_LT((belief.P - (A * P * A.transpose() + K * R * K.transpose())).cwiseAbs().maxCoeff(), 1e-12);
@@ -215,7 +227,7 @@ struct RestCase {
 
 struct VerdictVisitor : SilentVisitor<Model> {
   std::vector<Verdict> verdicts;
-  void updated(const Event&, UpdateKind, const Innovation<double>& i) { verdicts.push_back(i.verdict); }
+  void updated(const Observation&, const Innovation<double>& i) { verdicts.push_back(i.verdict); }
 };
 
 TEST(ForwardPass, one_outlier_is_rejected_or_weighted_and_hardly_moves_the_state) {
@@ -223,7 +235,7 @@ TEST(ForwardPass, one_outlier_is_rejected_or_weighted_and_hardly_moves_the_state
     RestCase c;
     c.options.gate.outliers = treatment;
     for (int i = 1; i < 15; ++i) c.add_fix(i, i == 8 ? Vector3d(5, -5, 5) : Vector3d::Zero());
-    merge_events(c.data);
+    list_observations(c.data);
     VerdictVisitor visitor;
     Belief<Model> belief = c.belief;
     forward_pass(c.data, c.options, belief, cursor_at(c.data.imu(), 0.0), 20.0, visitor);
@@ -238,7 +250,7 @@ TEST(ForwardPass, a_wrong_filter_gives_way_to_good_fixes) {
     c.options.gate.outliers = treatment;
     c.options.reacquire_after = 3;
     for (int i = 1; i <= 15; ++i) c.add_fix(i, Vector3d(30, -40, 20));  // the filter is 54 m off
-    merge_events(c.data);
+    list_observations(c.data);
     VerdictVisitor visitor;
     Belief<Model> belief = c.belief;
     forward_pass(c.data, c.options, belief, cursor_at(c.data.imu(), 0.0), 20.0, visitor);
@@ -253,17 +265,17 @@ TEST(ForwardPass, two_events_at_one_time_both_count_and_give_one_epoch) {
   for (int i = 1; i < 15; ++i) {
     c.data.rests.push_back({static_cast<double>(i), 1.0, c.data.imu()[0].omega_ib_b, Vector3d::Zero()});
   }
-  merge_events(c.data);
+  list_observations(c.data);
   struct Keeper : VerdictVisitor {
+    static constexpr bool keeps_changes = true;
     std::vector<Checkpoint<Model>> checkpoints;
-    void checkpoint(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NavState<double>& X,
-                    const Cov& P) {
-      checkpoints.push_back({b, cursor, {X, P}});
+    void node(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NodeChanges<Model>& changes) {
+      checkpoints.push_back({b, cursor, changes});
     }
   } keeper;
   Belief<Model> belief = c.belief;
   const ImuCursor start = cursor_at(c.data.imu(), 0.0);
-  keeper.checkpoints.push_back({belief, start, belief});
+  keeper.checkpoints.push_back({belief, start, {}});
   forward_pass(c.data, c.options, belief, start, 20.0, keeper);
   EXPECT_EQ(keeper.verdicts.size(), 14u * 3u);  // position, zero velocity, zero rate
   std::vector<std::size_t> emitted;
@@ -282,10 +294,10 @@ TEST(ForwardPass, fixes_between_samples_are_used_at_their_own_time) {
     for (ImuSample& s : imu) s.f_ib_b += Vector3d(1, 0, 0);
   });
   for (double t = 1.005; t < 15; t += 1.0) c.add_fix(t, 0.5 * t * t * a_e);
-  merge_events(c.data);
+  list_observations(c.data);
   struct Worst : SilentVisitor<Model> {
     double worst = 0;
-    void updated(const Event&, UpdateKind, const Innovation<double>& i) { worst = std::max(worst, i.z.norm()); }
+    void updated(const Observation&, const Innovation<double>& i) { worst = std::max(worst, i.z.norm()); }
   } visitor;
   Belief<Model> belief = c.belief;
   forward_pass(c.data, c.options, belief, cursor_at(c.data.imu(), 0.0), 20.0, visitor);
@@ -305,10 +317,11 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
   c.options.dynamics.noise.accel_bias_rw = 1e-7;
   for (double t : {0.1, 0.2, 0.3, 0.4}) c.add_fix(t, normal3(rng, 1e-5));
   for (GnssFix& f : c.data.fixes) f.R_p_e = 1e-10 * Matrix3d::Identity();
-  merge_events(c.data);
+  list_observations(c.data);
 
   const Ekf<Model> ekf{c.options.dynamics, true};
   struct Keeper : SilentVisitor<Model> {
+    static constexpr bool keeps_changes = true;
     std::vector<Checkpoint<Model>> checkpoints;
     std::vector<NavTransition<double>> transitions;
     std::vector<Belief<Model>> predicted;
@@ -316,14 +329,13 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
       transitions.push_back(t);
       predicted.push_back(b);
     }
-    void checkpoint(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NavState<double>& X,
-                    const Cov& P) {
-      checkpoints.push_back({b, cursor, {X, P}});
+    void node(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NodeChanges<Model>& changes) {
+      checkpoints.push_back({b, cursor, changes});
     }
   } keeper;
   Belief<Model> belief = c.belief;
   const ImuCursor start = cursor_at(c.data.imu(), 0.0);
-  keeper.checkpoints.push_back({belief, start, belief});
+  keeper.checkpoints.push_back({belief, start, {}});
   forward_pass(c.data, c.options, belief, start, 1.0, keeper);
   std::vector<Belief<Model>> smoothed(c.data.imu().size());
   smooth(
@@ -362,7 +374,7 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
   Eigen::VectorXd z(12);
   for (int i = 0; i < 4; ++i) {
     const int k = 10 * (i + 1);
-    const Prediction<double> m = Model::gnss_position(reference[static_cast<std::size_t>(k)], Vector3d::Zero());
+    const Seen<double> m = position_of(reference[static_cast<std::size_t>(k)].first, Vector3d(0, 0, 0));
     H.block<3, 15>(3 * i, 15 * k) = m.H;
     z.segment<3>(3 * i) = c.data.fixes[static_cast<std::size_t>(i)].p_ea_e - m.h;
   }
@@ -387,7 +399,7 @@ TEST(Solution, output_sigmas_follow_the_left_error) {
   NavState<double> X = random_state(rng);
   X.first.C = C_n_e(X.first.p) * C_b_n_from_rpy({0.2, -0.3, 1.0});
   Belief<Model> belief{X, 1e-8 * random_covariance(rng)};
-  const NavRow row = nav_row(epoch_of(0, belief));
+  const NavRow row = nav_row(epoch_of(0, node_belief<kNoTail>(belief, Matrix3d::Zero())));
   const auto angles = [](const NavState<double>& Y) -> Eigen::VectorXd {
     return rpy_from_C_b_n(C_n_e(Y.first.p).transpose() * Y.first.C);
   };
@@ -411,7 +423,7 @@ TEST(Solution, output_is_finite_where_the_body_points_straight_up) {
   for (const double p : {0.0, kPi / 2}) {  // latitudes at which C_b_n comes back with and without a rounding
     X.first.p = ecef_from_geodetic({p, 0.0, 100.0});
     X.first.C = C_n_e(X.first.p) * C_b_n;
-    const NavRow row = nav_row(epoch_of(0, Belief<Model>{X, 1e-8 * random_covariance(rng)}));
+    const NavRow row = nav_row(epoch_of(0, node_belief<kNoTail>({X, 1e-8 * random_covariance(rng)}, Matrix3d::Zero())));
     EXPECT_NEAR(row.rpy_rad[1], kPi / 2, 1e-7);
     EXPECT_TRUE(row.rpy_rad.allFinite() && row.std_rpy_rad.allFinite()) << p;
     EXPECT_GT(row.std_rpy_rad[2], 1.0) << p;  // roll and heading are not told apart
@@ -420,12 +432,14 @@ TEST(Solution, output_is_finite_where_the_body_points_straight_up) {
 
 TEST(Score, p_rms_is_the_root_of_the_mean_square) {
   Score<double> score;
+  Observation fix;
+  fix.kind = &kGnssPosition;
   Innovation<double> i;
   i.half_log_det_S = 0;
   i.nis = 1;
   for (double x : {3.0, 4.0}) {
     i.z = Vector3d(x, 0, 0);
-    score.add(FilterOptions{}, UpdateKind::position, i);
+    score.add(FilterOptions{}, fix, i);
   }
   EXPECT_DOUBLE_EQ(score.p_rms(), std::sqrt(12.5));
   EXPECT_DOUBLE_EQ(score.negative_log_likelihood, 1.0);

@@ -136,38 +136,6 @@ TEST_P(InverseStrapdown, inverts_the_mechanization) {
 
 INSTANTIATE_TEST_SUITE_P(Both, InverseStrapdown, ::testing::Values(Mechanization::exact, Mechanization::paper));
 
-TEST(Measurements, equal_numeric_derivatives) {
-  std::mt19937 rng(5);
-  const Vector3d l(0.1, -0.05, -0.3);
-  for (int draw = 0; draw < 10; ++draw) {
-    const NavState<double> X = random_state(rng);
-    const Vector3d omega = normal3(rng, 1.0);
-    const auto check = [&](auto predict, const char* name) {
-      const Eigen::MatrixXd numeric = derivative_by_left_error(
-          X, [&](const NavState<double>& Y) -> Eigen::VectorXd { return predict(Y).h; }, default_steps());
-      // 2e-9 m of rounding and the second order, both over the attitude step of 1e-3
-      EXPECT_LT((numeric - predict(X).H).cwiseAbs().maxCoeff(), 3e-6) << name;
-    };
-    check([&](const NavState<double>& Y) { return predict_gnss_position(Y, l); }, "position");
-    check([&](const NavState<double>& Y) { return predict_gnss_velocity(Y, l, Vector3d(omega - b_g(Y))); }, "velocity");
-    check([&](const NavState<double>& Y) { return predict_zero_velocity(Y); }, "zero velocity");
-    check([&](const NavState<double>& Y) { return predict_zero_rate(Y); }, "zero rate");
-  }
-}
-
-TEST(Measurements, antenna_velocity_is_the_derivative_of_antenna_position) {
-  std::mt19937 rng(6);
-  const Vector3d l(0.4, -0.3, -0.8);
-  const NavState<double> X = random_state(rng);
-  const Vector3d omega = normal3(rng, 1.0), f = normal3(rng, 10.0);
-  const double h = 1e-3;
-  NavState<double> plus = X, minus = X;
-  plus.first = mechanize_exact(X.first, {omega, f, h}, GravityModel::normal);
-  minus.first = mechanize_exact(X.first, {omega, f, -h}, GravityModel::normal);
-  const Vector3d numeric = (predict_gnss_position(plus, l).h - predict_gnss_position(minus, l).h) / (2 * h);
-  EXPECT_LT((numeric - predict_gnss_velocity(X, l, omega).h).norm(), 1e-5);
-}
-
 // Mean rates of a vibrating, turning body, integrated with and without the two-sample corrections.
 TEST(PrepareImu, coning_and_sculling_corrections_gain_an_order_of_magnitude) {
   std::mt19937 rng(7);

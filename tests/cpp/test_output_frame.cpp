@@ -33,6 +33,9 @@ Belief<Model> some_belief() {
   return b;
 }
 
+// As it stands at a node, with no error of the receiver.
+NodeBelief whole_node(const Belief<Model>& b) { return node_belief<kNoTail>(b, Matrix3d::Zero()); }
+
 OutputFrame some_frame() { return {kPoint, C_b_n_from_rpy({0.1, -1.4, 0.5})}; }
 
 // The epoch's state as a function of the full error, and its covariance by numeric differentiation.
@@ -41,13 +44,13 @@ TEST(OutputFrame, covariance_is_the_jacobian_of_the_moved_state_times_P) {
   const OutputFrame frame = some_frame();
   const Vector3d omega(0.8, -0.5, 0.3);
   const double variance = 1e-6, h = 1e-5;
-  const Epoch at = epoch_of(1.0, b, frame, omega, variance);
+  const Epoch at = epoch_of(1.0, whole_node(b), frame, omega, variance);
 
   // Nine numbers: attitude, velocity and position against the moved mean, along the wanted axes.
   const auto moved = [&](const Model::Tangent& eps, const Vector3d& noise) {
     Belief<Model> c = b;
     c.X = Model::retract(b.X, eps);
-    const Epoch e = epoch_of(1.0, c, frame, omega + noise, 0.0);
+    const Epoch e = epoch_of(1.0, whole_node(c), frame, omega + noise, 0.0);
     Vector<double, 9> out;
     const Matrix3d C = at.X.first.C;
     out << SO3<double>{C.transpose() * e.X.first.C}.log(), C.transpose() * (e.X.first.v - at.X.first.v),
@@ -81,7 +84,7 @@ TEST(OutputFrame, velocity_is_the_derivative_of_the_position) {
     c.X.first.C = b.X.first.C * SO3<double>::exp(t * omega_eb_b).C;
     c.X.first.p = b.X.first.p + t * b.X.first.v;
     const Vector3d omega_ib_b = omega_eb_b + c.X.first.C.transpose() * wgs84::omega_ie_e<double>() + b_g(c.X);
-    return epoch_of(t, c, frame, omega_ib_b, 0.0);
+    return epoch_of(t, whole_node(c), frame, omega_ib_b, 0.0);
   };
   const double h = 1e-3;
   const Vector3d derivative = (at(h).X.first.p - at(-h).X.first.p) / (2.0 * h);
@@ -90,7 +93,7 @@ TEST(OutputFrame, velocity_is_the_derivative_of_the_position) {
 
 TEST(OutputFrame, without_arm_and_boresight_it_is_the_IMU_to_the_last_bit) {
   const Belief<Model> b = some_belief();
-  const Epoch moved = epoch_of(2.0, b, {}, Vector3d(1.0, 2.0, 3.0), 1.0), imu = epoch_of(2.0, b);
+  const Epoch moved = epoch_of(2.0, whole_node(b), {}, Vector3d(1.0, 2.0, 3.0), 1.0), imu = epoch_of(2.0, whole_node(b));
   EXPECT_EQ(moved.X.first.p, imu.X.first.p);
   EXPECT_EQ(moved.P_nu, imu.P_nu);
   EXPECT_TRUE(output_frame(Config{}).is_imu());

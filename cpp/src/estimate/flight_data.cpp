@@ -36,7 +36,7 @@ void add_observations(const RestUpdate& rest, const RestNoise& noise, std::vecto
   o.y = rest.mean_omega_ib_b;
   // What the means scatter by is seen, and may be more than the gyros' own noise.
   o.R = rest.std_omega_ib_b.cwiseAbs2().asDiagonal();
-  o.R.diagonal().array() += noise.zaru_std_rps * noise.zaru_std_rps;
+  o.root = noise.zaru_std_rps * Matrix3d::Identity();
   to.push_back(o);
 }
 
@@ -50,9 +50,10 @@ void sort_observations(const ImuSeries& imu, std::vector<Observation>& observati
 
 void list_observations(FlightData& data) {
   data.observations.clear();
-  data.observations.reserve(2 * (data.fixes.size() + data.rests.size()));
+  data.observations.reserve(2 * (data.fixes.size() + data.rests.size()) + data.others.size());
   for (const GnssFix& fix : data.fixes) add_observations(fix, data.l_ba_b, data.observations);
   for (const RestUpdate& rest : data.rests) add_observations(rest, data.rest_noise, data.observations);
+  data.observations.insert(data.observations.end(), data.others.begin(), data.others.end());
   sort_observations(data.imu(), data.observations);
 }
 

@@ -8,16 +8,13 @@
 namespace liealign {
 namespace {
 
-// (1 - e^(-xT)) / x.
-double integral(double x, double T) { return -std::expm1(-x * T) / x; }
-
-// The second order: times that are equal have a limit of their own; a part in a thousand apart is as good.
+// Stationary covariance of the second order.
 struct Coloured {
   double tau_c, tau_u, variance_c, variance_u, covariance;
 
   explicit Coloured(const TailModel& m)
       : tau_c(m.tau_c_s),
-        tau_u(std::abs(m.tau_u_s - m.tau_c_s) < 1e-3 * m.tau_c_s ? 0.999 * m.tau_c_s : m.tau_u_s),
+        tau_u(m.tau_u_s),
         variance_c(m.sigma_c * m.sigma_c),
         variance_u(variance_c * (1.0 / tau_c + 1.0 / tau_u) / tau_c),
         covariance(variance_c / tau_c) {}
@@ -39,11 +36,14 @@ ErrorStep error_step(const TailModel& m, double T) {
     return {std::exp(-T / m.tau_c_s), 0.0, -m.sigma_c * m.sigma_c * std::expm1(-2.0 * T / m.tau_c_s), 0.0};
   }
   const Coloured s(m);
-  const double k = s.tau_u * s.tau_c / (s.tau_c - s.tau_u), q = 2.0 * s.variance_u / s.tau_u;
   const double a_c = std::exp(-T / s.tau_c), a_u = std::exp(-T / s.tau_u);
-  const double cc = integral(2.0 / s.tau_c, T), cu = integral(1.0 / s.tau_c + 1.0 / s.tau_u, T),
-               uu = integral(2.0 / s.tau_u, T);
-  return {a_c, k * (a_c - a_u), std::max(q * k * k * (cc - 2.0 * cu + uu), 0.0), q * k * (cu - uu)};
+  // b is a difference of two that are nearly equal, where the times are; from the slower one on nothing overflows.
+  const double d = std::abs(1.0 / s.tau_u - 1.0 / s.tau_c), slower = std::max(a_c, a_u);
+  const double b = d == 0.0 ? slower * T : -slower * std::expm1(-d * T) / d;
+  const double noise = -s.variance_c * std::expm1(-2.0 * T / s.tau_c) - b * (2.0 * a_c * s.covariance + b * s.variance_u);
+  const double with_driver =
+      -s.covariance * std::expm1(-T * (1.0 / s.tau_c + 1.0 / s.tau_u)) - a_u * b * s.variance_u;
+  return {a_c, b, std::max(noise, 0.0), with_driver};
 }
 
 TailStep tail_step(const TailModel& m, double T) {

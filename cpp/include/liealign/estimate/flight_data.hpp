@@ -31,7 +31,8 @@ struct FlightData {
   std::shared_ptr<const ImuSeries> samples;  // of the IMU, prepared; [0] only marks the start. Copies share the bulk.
   std::vector<GnssFix> fixes;
   std::vector<RestUpdate> rests;
-  std::vector<Observation> observations;  // ascending in time, inside the IMU's span
+  std::vector<Observation> others;        // of other kinds, by the clock of the IMU; in any order
+  std::vector<Observation> observations;  // of all three, ascending in time, inside the IMU's span
   Vector3d l_ba_b = Vector3d::Zero();
   RestNoise rest_noise;
 
@@ -45,7 +46,7 @@ void add_observations(const RestUpdate& rest, const RestNoise& noise, std::vecto
 // Puts observations in the order of time and drops those outside (imu.front, imu.back].
 void sort_observations(const ImuSeries& imu, std::vector<Observation>& observations);
 
-// Makes the observations of a flight from its fixes and rests.
+// Makes the observations of a flight from its fixes, its rests and the others.
 void list_observations(FlightData& data);
 
 }  // namespace liealign

@@ -70,7 +70,8 @@ struct Observation {
   Vector3d y = Vector3d::Zero();       // as measured, in the units of the kind
   Matrix3d R = Matrix3d::Zero();       // covariance of its white part, that of its rounding in it
   Matrix3d root = Matrix3d::Zero();    // what a correlated error is multiplied by: for positions C_n_e times the root of the
-                                       // covariance that the file states, for velocities C_n_e
+                                       // covariance that the file states, for velocities C_n_e; of zero rates what is
+                                       // added to their noise, rad/s
   Vector3d lever_b = Vector3d::Zero();  // from the IMU to where it is seen, or the direction of a baseline
   Vector3d place_e = Vector3d::Zero();  // about where, for local axes; m
   double span_s = 0.0;                  // what it is the mean over

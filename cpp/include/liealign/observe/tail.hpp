@@ -4,9 +4,9 @@
 //   Gauss-Markov   x' = -x/tau + w,                    E w w' = 2 sigma^2 / tau
 //   coloured       c' = -c/tau_c + u,  u' = -u/tau_u + w,  E w w' = 2 sigma_u^2 / tau_u,
 //                  sigma_u^2 = sigma_c^2 / tau_c (1/tau_c + 1/tau_u): the stationary sigma of c is sigma_c, cov(c, u) = sigma_c^2 / tau_c
-//   over T:        c <- a_c c + b u,  u <- a_u u,   a = e^(-T/tau),  k = tau_u tau_c / (tau_c - tau_u),  b = k (a_c - a_u)
-//                  Q_cc = q k^2 (I(2/tau_c) - 2 I(1/tau_c + 1/tau_u) + I(2/tau_u)),  Q_cu = q k (I(1/tau_c + 1/tau_u) - I(2/tau_u)),
-//                  Q_uu = q I(2/tau_u),  I(x) = (1 - e^(-xT)) / x,  q = 2 sigma_u^2 / tau_u                (Eq. 79)
+//   over T:        c <- a_c c + b u,  u <- a_u u,   a = e^(-T/tau),  b = (a_c - a_u) / d,  d = 1/tau_u - 1/tau_c
+//                  Q_cc = sigma_c^2 (1 - a_c^2) - b (2 a_c sigma_c^2 / tau_c + b sigma_u^2),  Q_uu = sigma_u^2 (1 - a_u^2),
+//                  Q_cu = sigma_c^2 / tau_c (1 - a_c a_u) - a_u b sigma_u^2:  what leaves the stationary covariance as it is  (Eq. 79)
 //
 // Source: Groves (2013) 14.2; Gelb (1974) 3.8 for the processes.
 // SPDX-License-Identifier: Apache-2.0

@@ -2,7 +2,8 @@
 //
 //   y = C^T omega_ie + b_g + n             H = [hat(C^T omega_ie), 0, 0, 0, I]                        (Eq. 22)
 //
-// What the means scatter by is in R; it may be more than the gyros' own noise, and is not less. Body axes.
+// The means have the noise of the gyros, or what they scatter by (R) where that is more, and besides what `root` is the root
+// of. Body axes.
 // Source: TAES (14h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -28,7 +29,7 @@ struct ZeroRate {
     out.H.template middleCols<3>(kBg) = Matrix3<Scalar>::Identity();
     const double least = view.gyro_arw * view.gyro_arw / o.span_s;
     const Vector3d variance = o.R.diagonal().cwiseMax(least);
-    out.R = Matrix3d(variance.asDiagonal()).cast<Scalar>();
+    out.R = Matrix3d(Matrix3d(variance.asDiagonal()) + o.root * o.root.transpose()).cast<Scalar>();
   }
 };
 
