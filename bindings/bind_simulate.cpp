@@ -28,10 +28,12 @@ py::dict truth_columns(const SimulatedFlight& simulated) {
          *rpy = add_column(d, "rpy_deg", n, {3}), *p_e = add_column(d, "p_eb_e_m", n, {3}),
          *v_e = add_column(d, "v_eb_e_mps", n, {3}), *C = add_column(d, "C_b_e", n, {3, 3}),
          *b_a = add_column(d, "b_a_mps2", n, {3}), *b_g = add_column(d, "b_g_rps", n, {3});
-  const Matrix3d none = Matrix3d::Zero();
   for (std::size_t i = 0; i < n; ++i) {
     const SE23<double>& X = truth.epochs[i].X;
-    const NavRow row = nav_row({truth.epochs[i].t_s, {X, {}}, none, none, none, Vector3d::Zero(), Vector3d::Zero()});
+    Epoch epoch;
+    epoch.t_s = truth.epochs[i].t_s;
+    epoch.X.first = X;
+    const NavRow row = nav_row(epoch);
     t[i] = row.t_s;
     lat[i] = row.lat_rad * kRadToDeg;
     lon[i] = row.lon_rad * kRadToDeg;
@@ -47,7 +49,7 @@ py::dict truth_columns(const SimulatedFlight& simulated) {
   return d;
 }
 
-py::dict baro_columns(const SimulatedFlight& simulated, const BaroErrors& errors, std::uint64_t seed) {
+py::dict simulated_baro_columns(const SimulatedFlight& simulated, const BaroErrors& errors, std::uint64_t seed) {
   const std::vector<BaroRecord> records = simulate_baro(simulated.truth, errors, seed);
   py::dict d;
   double *t = add_column(d, "time_s", records.size()), *height = add_column(d, "height_m", records.size()),
@@ -203,7 +205,7 @@ void bind_simulate(py::module_& m) {
            "Arrays by name at the IMU stamps: time_s, lat_deg, lon_deg, height_m (n,); v_n_mps, rpy_deg, p_eb_e_m, "
            "v_eb_e_mps,\n"
            "b_a_mps2, b_g_rps (n, 3), the biases with all that they have drifted; C_b_e (n, 3, 3).")
-      .def("baro", &baro_columns, py::arg("errors") = BaroErrors{}, py::kw_only(), py::arg("seed"),
+      .def("baro", &simulated_baro_columns, py::arg("errors") = BaroErrors{}, py::kw_only(), py::arg("seed"),
            "Heights of a barometer on this flight (Eq. 76): time_s, height_m, std_m (n,).\n\n"
            "Raises Error for a field out of range.");
 

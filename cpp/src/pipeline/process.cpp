@@ -65,13 +65,15 @@ struct Output {
     if (frame.is_imu()) {
       const NavBelief<Lanes> belief = inside.nav_at(samples);
       for (int i = 0; i < samples.count; ++i)
-        give(with_latency(epoch_of(imu[samples.k[static_cast<std::size_t>(i)]].t_s, belief, i, inside.P_bb())));
+        give(with_latency(epoch_of(imu[samples.k[static_cast<std::size_t>(i)]].t_s, belief, i, inside)));
     } else {
       const WholeBelief<Lanes> all = inside.at(samples);
       for (int i = 0; i < samples.count; ++i) {
         const NavRows<Lanes, 3>& G = all.error.G;
         give(epoch(samples.k[static_cast<std::size_t>(i)],
-                   {lane(all.belief, i), {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i)}, inside.root()}));
+                   {lane(all.belief, i),
+                    {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i), lane(all.error.c, i)},
+                    inside.root()}));
       }
     }
   }
@@ -257,11 +259,20 @@ struct DigestOf {
 
 RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress) {
   const AlignmentProblem& problem = flight.problem;
+  const double heading_std_rad = initial_heading_std(flight, heading);
+  const Belief<Model> belief = start_belief(problem, with_parameters(problem.initial, heading.parameters),
+                                            heading.heading_rad, heading_std_rad, heading.start);
+  RunStart run =
+      run_start(flight, heading, belief, cursor_at(flight.data.imu(), flight.t_begin_s), progress);
+  run.heading_std_rad = heading_std_rad;
+  return run;
+}
+
+RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Belief<Model>& belief,
+                   const ImuCursor& cursor, const Progress& progress) {
   RunStart run;
-  run.heading_std_rad = initial_heading_std(flight, heading);
-  run.belief = start_belief(problem, with_parameters(problem.initial, heading.parameters), heading.heading_rad,
-                            run.heading_std_rad, heading.start);
-  run.cursor = cursor_at(flight.data.imu(), flight.t_begin_s);
+  run.belief = belief;
+  run.cursor = cursor;
   if (models_receiver(flight.config)) {
     const ReceiverProblem receiver = receiver_problem(flight, heading, flight.filter, run.belief, run.cursor);
     run.receiver = fit_receiver(receiver, progress);
@@ -270,7 +281,7 @@ RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, c
     run.wide_position_std_m = receiver.wide_position_std_m;
     return run;
   }
-  run.data = with_parameters(flight.data, heading.parameters, problem.t_start_s);
+  run.data = with_parameters(flight.data, heading.parameters, flight.problem.t_start_s);
   add_other_observations(flight, flight.latency_s + heading.parameters.latency_s, run.data.observations);
   sort_observations(run.data.imu(), run.data.observations);
   run.filter = with_parameters(with_gates(flight.filter, heading.gate_scales), heading.parameters);
@@ -296,7 +307,11 @@ void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink) {
 
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
                  const EpochSink& filtered, const Progress& progress, bool keep_events) {
-  const RunStart begin = run_start(flight, heading);
+  return process(flight, heading, run_start(flight, heading), smoothed, filtered, progress, keep_events);
+}
+
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& begin,
+                 const EpochSink& smoothed, const EpochSink& filtered, const Progress& progress, bool keep_events) {
   const FlightData& data = begin.data;
   const FilterOptions& filter = begin.filter;
   const ImuCursor& start = begin.cursor;
@@ -351,8 +366,8 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
   return solution;
 }
 
-Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress,
-                 bool keep_events) {
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& start,
+                 const Progress& progress, bool keep_events) {
   std::vector<Epoch> smoothed, filtered;
   const auto collect_into = [](std::vector<Epoch>& all, std::vector<const std::vector<Epoch>*>& made) {
     return EpochSink{
@@ -360,11 +375,16 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
         [&made, &all](std::size_t slot) { all.insert(all.end(), made[slot]->begin(), made[slot]->end()); }};
   };
   std::vector<const std::vector<Epoch>*> smoothed_parts(part_slots()), filtered_parts(part_slots());
-  Solution solution = process(flight, heading, collect_into(smoothed, smoothed_parts),
+  Solution solution = process(flight, heading, start, collect_into(smoothed, smoothed_parts),
                               collect_into(filtered, filtered_parts), progress, keep_events);
   solution.smoothed = std::move(smoothed);
   solution.filtered = std::move(filtered);
   return solution;
+}
+
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress,
+                 bool keep_events) {
+  return process(flight, heading, run_start(flight, heading), progress, keep_events);
 }
 
 }  // namespace liealign

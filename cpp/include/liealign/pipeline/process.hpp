@@ -84,10 +84,18 @@ struct RunStart {
 // Where the receiver's errors are modelled they are found here, and the noise of the IMU with them.
 RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {});
 
+// The same from a belief that holds at `cursor`.
+RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Belief<LieModel<double>>& belief,
+                   const ImuCursor& cursor, const Progress& progress = {});
+
 // Filter and smoother from run_start().
 // Throws InputError when output.start_time_s and stop_time_s leave no epoch.
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {},
                  bool keep_events = false);
+
+// The same from another start.
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& start,
+                 const Progress& progress = {}, bool keep_events = false);
 
 // Hands a trajectory that is held in memory to a sink.
 void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink);
@@ -95,5 +103,8 @@ void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink);
 // process() with the trajectories handed on as they are made: memory does not grow with their length.
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
                  const EpochSink& filtered, const Progress& progress = {}, bool keep_events = false);
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& start,
+                 const EpochSink& smoothed, const EpochSink& filtered, const Progress& progress = {},
+                 bool keep_events = false);
 
 }  // namespace liealign
