@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "liealign/earth/gravity.hpp"
+#include "liealign/observe/kinds.hpp"
 
 namespace liealign::bench {
 namespace {
@@ -72,28 +73,35 @@ void update(DenseBelief& b, const Vector3d& z, const Matrix3x15& H, const Matrix
   inject(b.X, K * z);
 }
 
-void update_position(DenseBelief& b, const GnssFix& fix, const Vector3d& l_ba_b) {
-  const Vector3d lever_e = b.X.C_b_e * l_ba_b;
+void update_position(DenseBelief& b, const Observation& o) {
+  const Vector3d lever_e = b.X.C_b_e * o.lever_b;
   Matrix3x15 H = Matrix3x15::Zero();
   H.middleCols<3>(kPsi) = -hat(lever_e);
   H.middleCols<3>(kP).setIdentity();
-  update(b, fix.p_ea_e - b.X.p - lever_e, H, fix.R_p_e);
+  update(b, o.y - b.X.p - lever_e, H, o.R);
 }
 
-void update_rest(DenseBelief& b, const RestUpdate& rest, const FilterOptions& o) {
+void update_zero_velocity(DenseBelief& b, const Observation& o) {
   Matrix3x15 H = Matrix3x15::Zero();
   H.middleCols<3>(kV).setIdentity();
-  update(b, -b.X.v, H, o.zupt_std_mps * o.zupt_std_mps * Matrix3d::Identity());
+  update(b, -b.X.v, H, o.R);
+}
 
+void update_zero_rate(DenseBelief& b, const Observation& o, double gyro_arw) {
   const Vector3d omega_ie = wgs84::omega_ie_e();
   const Matrix3d C_e_b = b.X.C_b_e.transpose();
-  const double arw2 = o.dynamics.noise.gyro_arw * o.dynamics.noise.gyro_arw;
-  const Vector3d noise = rest.std_omega_ib_b.cwiseAbs2().cwiseMax(arw2 / rest.duration_s);
-  H.setZero();
+  const Vector3d noise = o.R.diagonal().cwiseMax(gyro_arw * gyro_arw / o.span_s);
+  Matrix3x15 H = Matrix3x15::Zero();
   H.middleCols<3>(kPsi) = C_e_b * hat(omega_ie);
   H.middleCols<3>(kBg).setIdentity();
-  update(b, rest.mean_omega_ib_b - b.X.b_g - C_e_b * omega_ie, H,
-         Matrix3d((noise.array() + o.zaru_std_rps * o.zaru_std_rps).matrix().asDiagonal()));
+  update(b, o.y - b.X.b_g - C_e_b * omega_ie, H, Matrix3d(noise.asDiagonal()) + o.root * o.root.transpose());
+}
+
+// Of the kinds that this filter knows.
+void update(DenseBelief& b, const Observation& o, double gyro_arw) {
+  if (o.kind == &kGnssPosition) update_position(b, o);
+  if (o.kind == &kZeroVelocity) update_zero_velocity(b, o);
+  if (o.kind == &kZeroRate) update_zero_rate(b, o, gyro_arw);
 }
 
 }  // namespace
@@ -108,11 +116,12 @@ DenseBelief dense_belief(const Belief<LieModel<double>>& belief) {
 void dense_forward(const FlightData& data, const FilterOptions& options, double t_begin_s, DenseBelief& belief,
                    std::vector<DenseState>& at_events, std::vector<DenseStep>* steps) {
   ImuCursor at = cursor_at(data.imu(), t_begin_s);
-  for (const Event& event : data.events) {
-    if (event.t_s <= t_begin_s) continue;
-    while (at.k < data.imu().size() && at.t_s < event.t_s) {
+  for (std::size_t i = 0; i < data.observations.size(); ++i) {
+    const Observation& o = data.observations[i];
+    if (o.t_s <= t_begin_s) continue;
+    while (at.k < data.imu().size() && at.t_s < o.t_s) {
       const ImuSample& s = data.imu()[at.k];
-      const double end = std::min(s.t_s, event.t_s), dt = end - at.t_s;
+      const double end = std::min(s.t_s, o.t_s), dt = end - at.t_s;
       const Vector3d omega = s.omega_ib_b - belief.X.b_g, f = s.f_ib_b - belief.X.b_a;
       const Matrix15 F = transition(belief.X, f, dt);
       if (steps) steps->push_back({belief, {}, F});
@@ -122,12 +131,9 @@ void dense_forward(const FlightData& data, const FilterOptions& options, double 
       at.t_s = end;
       if (end == s.t_s) ++at.k;
     }
-    if (event.kind == Event::Kind::fix) {
-      update_position(belief, data.fixes[event.index], data.l_ba_b);
-    } else {
-      update_rest(belief, data.rests[event.index], options);
-    }
-    at_events.push_back(belief.X);
+    update(belief, o, options.dynamics.noise.gyro_arw);
+    const bool last = i + 1 == data.observations.size() || data.observations[i + 1].t_s > o.t_s;
+    if (last) at_events.push_back(belief.X);
   }
 }
 

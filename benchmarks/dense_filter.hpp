@@ -38,7 +38,8 @@ struct DenseStep {
   Matrix15 F;
 };
 
-// From t_begin_s to the last event. The states after the events go to `at_events`; the steps to `steps` where that is wanted.
+// From t_begin_s to the last observation. The states after those of one time go to `at_events`; the steps to `steps` where that is
+// wanted.
 void dense_forward(const FlightData& data, const FilterOptions& options, double t_begin_s, DenseBelief& belief,
                    std::vector<DenseState>& at_events, std::vector<DenseStep>* steps = nullptr);
 

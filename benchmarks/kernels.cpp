@@ -8,6 +8,8 @@
 #include "liealign/core/units.hpp"
 #include "liealign/estimate/inside_interval.hpp"
 #include "liealign/estimate/smoother.hpp"
+#include "liealign/estimate/solution.hpp"
+#include "liealign/observe/kinds.hpp"
 #include "liealign/pipeline/settings.hpp"
 #include "liealign/pipeline/simulated_flight.hpp"
 #include "liealign/pipeline/trajectory_files.hpp"
@@ -27,7 +29,8 @@ struct Scene {
   ImuCursor cursor;           // where `belief` stands
   ImuSample sample;           // the next one
   double dt = 0.0;            // of it, s
-  GnssFix fix;                // of `at_fix`
+  Observation fix;            // of `at_fix`, its position
+  ImuReading reading;         // at its time
   Preintegrated<double> pre;  // the second that follows `belief`
   Vector<double, 6> b_0;
 };
@@ -49,7 +52,7 @@ Scene make_scene(double gnss_rate_hz) {
   const AlignmentProblem& problem = s.flight.problem;
   const FlightData& data = problem.data;
   s.filter = s.flight.filter;
-  s.ekf = {s.filter.dynamics, s.filter.covariance_reset};
+  s.ekf = {s.filter.dynamics, s.filter.covariance_reset, s.filter.tail};
   s.belief = start_of(problem, s.filter);
   SilentVisitor<Model> silent;
   const double middle = data.imu().front().t_s + 120.0;
@@ -57,13 +60,14 @@ Scene make_scene(double gnss_rate_hz) {
   s.sample = data.imu()[s.cursor.k];
   s.dt = s.sample.t_s - s.cursor.t_s;
   s.at_fix = s.belief;
-  for (const Event& event : data.events) {
-    if (event.t_s <= s.cursor.t_s || event.kind != Event::Kind::fix) continue;
-    s.fix = data.fixes[event.index];
+  for (const Observation& o : data.observations) {
+    if (o.t_s <= s.cursor.t_s || o.kind != &kGnssPosition) continue;
+    s.fix = o;
     break;
   }
   ImuCursor cursor = s.cursor;
   propagate_to(s.ekf, data.imu(), s.fix.t_s, cursor, s.at_fix, silent);
+  s.reading = reading_at(data.imu(), cursor);
   s.b_0 = s.belief.X.second.x;
   const auto nothing_inside = [](std::size_t, const Preintegrated<double>&) {};
   cursor = s.cursor;
@@ -188,63 +192,74 @@ BENCHMARK(predict_interval<Lanes>)->Name("predict_interval/lanes");
 template <typename Scalar>
 void update_position(benchmark::State& state) {
   const Scene& s = scene();
-  const Ekf<LieModel<Scalar>> ekf{s.filter.dynamics, s.filter.covariance_reset};
+  const Ekf<LieModel<Scalar>> ekf{s.filter.dynamics, s.filter.covariance_reset, s.filter.tail};
   Belief<LieModel<Scalar>> begin;
   set_all(begin, s.at_fix);
   for (auto _ : state) {
     Belief<LieModel<Scalar>> belief = begin;
-    const Prediction<Scalar> m = LieModel<Scalar>::gnss_position(belief.X, s.flight.problem.data.l_ba_b);
-    const Vector3<Scalar> z = s.fix.p_ea_e.cast<Scalar>() - m.h;
-    Innovation<Scalar> innovation = ekf.innovate(belief, z, m.H, s.fix.R_p_e);
-    ekf.correct(belief, innovation, m.H, gate_weight(s.filter.gate, innovation.nis));
+    ObservationMemory memory;
+    NodeChanges<LieModel<Scalar>>* nothing_kept = nullptr;
+    Innovation<Scalar> innovation = update(s.fix, ekf, s.filter, s.reading, memory, belief, nothing_kept);
+    benchmark::DoNotOptimize(innovation);
     benchmark::DoNotOptimize(belief);
   }
 }
 BENCHMARK(update_position<double>)->Name("update_position");
 BENCHMARK(update_position<Lanes>)->Name("update_position/lanes");
 
-// One step of the plain Rauch-Tung-Striebel smoother, that is without the forward step it belongs to.
-void smoother_step_plain(benchmark::State& state) {
-  const Scene& s = scene();
-  Belief<Model> predicted = s.belief;
-  const NavTransition<double> t = s.ekf.predict(predicted, s.sample, s.dt);
-  const Smoother<Model> smoother{s.ekf};
-  for (auto _ : state) {
-    Belief<Model> smoothed = smoother.step(s.belief, t, predicted, predicted);
-    benchmark::DoNotOptimize(smoothed);
-  }
-}
-BENCHMARK(smoother_step_plain);
-
-// What a smoothed second starts from: its samples, and a future that is surer of the state than the filter.
+// What a smoothed second starts from: its samples, and what the next fix says at its end.
 struct Second {
-  IntervalStep step;
-  Belief<Model> smoothed_end;
-  Adjoint adjoint;
-  Vector<double, 6> half_walk;
+  IntervalStep<kNoTail> step;
+  Adjoint<Model> at_end, adjoint;
+  NodeChanges<Model> changes;  // by the fix
 };
+
+void back_over_interval(const Second& s, Adjoint<Model>& adjoint) {
+  adjoint.back_through(s.changes, true);
+  adjoint.back_over(interval_transition(StartAxes<double>(s.step.before.X.first, s.step.pre.T),
+                                        SE23<double>{s.step.pre.dC, s.step.pre.dv, s.step.pre.dp}, s.step.pre),
+                    tail_step({}, s.step.pre.T));
+}
 
 const Second& second() {
   static const Second one = [] {
     const Scene& s = scene();
     Second made;
-    made.step.before = made.step.predicted = s.belief;
+    made.step.before = s.belief;
     made.step.pre = s.pre;
-    made.step.pull = s.ekf.predict(made.step.predicted, s.pre, s.b_0);
-    made.smoothed_end = {made.step.predicted.X, 0.5 * made.step.predicted.P};
-    made.adjoint = adjoint_before(made.step, made.smoothed_end, true);
-    made.half_walk = s.ekf.half_walk(s.pre.T);
+    Belief<Model> end = s.belief;
+    made.step.pull = s.ekf.predict(end, s.pre, s.b_0);
+    ObservationMemory memory;
+    update(s.fix, s.ekf, s.filter, s.reading, memory, end, &made.changes);
+    made.at_end.back_through(made.changes, true);
+    back_over_interval(made, made.adjoint);
     return made;
   }();
   return one;
 }
 
-// Back over a whole interval.
+// One step of the smoother sample by sample, that is without the forward step it belongs to.
+void smoother_step_plain(benchmark::State& state) {
+  const Scene& s = scene();
+  Belief<Model> predicted = s.belief;
+  const NavTransition<double> t = s.ekf.predict(predicted, s.sample, s.dt);
+  const TailStep no_tail = tail_step({}, s.dt);
+  for (auto _ : state) {
+    Adjoint<Model> adjoint = second().at_end;
+    adjoint.back_over(t, no_tail);
+    Belief<Model> smoothed = adjoint.smoothed(s.belief, true);
+    benchmark::DoNotOptimize(smoothed);
+  }
+}
+BENCHMARK(smoother_step_plain);
+
+// Back through a fix and over the whole interval before it.
 void smoother_step_interval(benchmark::State& state) {
   const Second& s = second();
   for (auto _ : state) {
-    const Adjoint adjoint = adjoint_before(s.step, s.smoothed_end, true);
-    Belief<Model> smoothed = smoothed_before(s.step, adjoint, true);
+    Adjoint<Model> adjoint;
+    back_over_interval(s, adjoint);
+    Belief<Model> smoothed = adjoint.smoothed(s.step.before, true);
     benchmark::DoNotOptimize(smoothed);
   }
 }
@@ -253,11 +268,11 @@ BENCHMARK(smoother_step_interval);
 // State and covariance at samples inside it, four at a time.
 void epochs_inside(benchmark::State& state, bool smoothed) {
   const Second& s = second();
-  const InsideInterval<Lanes> inside(s.step, s.half_walk, smoothed ? &s.adjoint : nullptr, true);
+  const InsideInterval inside(AtStart<kNoTail>{s.step, smoothed ? &s.adjoint : nullptr}, scene().filter);
   for (auto _ : state) {
     SampleLanes samples;
     for (std::size_t k = 0; k < Lanes::kCount; ++k) samples.add(k, s.step.pre);
-    NavBelief<Lanes> belief = inside.nav_at(samples.pre);
+    NavBelief<Lanes> belief = inside.nav_at(samples);
     benchmark::DoNotOptimize(belief);
   }
   state.counters["epochs"] = Lanes::kCount;
@@ -268,7 +283,7 @@ BENCHMARK_CAPTURE(epochs_inside, smoother, true);
 // ---- Output ---------------------------------------------------------------------------------------------------------
 
 void output_row(benchmark::State& state) {
-  const Epoch epoch = epoch_of(scene().cursor.t_s, scene().belief);
+  const Epoch epoch = epoch_of(scene().cursor.t_s, node_belief<kNoTail>(scene().belief, Matrix3d::Zero()));
   for (auto _ : state) {
     NavRow row = nav_row(epoch);
     benchmark::DoNotOptimize(row);
@@ -279,7 +294,7 @@ BENCHMARK(output_row);
 // Rows of trajectory.csv with their output_row, and the same as SBET with SMRMSG.
 void trajectory_row(benchmark::State& state, const TrajectoryText& wanted) {
   constexpr std::size_t kRows = 1000;
-  const std::vector<Epoch> epochs(kRows, epoch_of(scene().sample.t_s, scene().belief));
+  const std::vector<Epoch> epochs(kRows, epoch_of(scene().sample.t_s, node_belief<kNoTail>(scene().belief, Matrix3d::Zero())));
   for (auto _ : state) {
     TrajectoryPart part;
     append_epochs(part, wanted, scene().flight, epochs, true);

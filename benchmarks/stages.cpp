@@ -138,29 +138,37 @@ Belief<Model> start(const PreparedFlight& flight, const HeadingResult& heading, 
 
 double initial_std_rad(const PreparedFlight& flight) { return flight.config.initial.heading_std_deg * kDegToRad; }
 
-// The filter of the library with state and covariance at every IMU epoch, as for filtered.csv; states after the events.
-struct FullRate {
-  std::vector<NavState<double>> at_events;
-  double sum = 0.0;  // of something of every epoch, so that none is optimised away
-
-  void updated(const Event&, UpdateKind, const Innovation<double>&) const {}
-  bool wanted(std::size_t) const { return true; }
-  void epoch(std::size_t, const Belief<Model>& belief) { sum += belief.P(0, 0); }
-  void inside(const SampleLanes& samples, const InsideInterval<Lanes>& filtered) {
-    const NavBelief<Lanes> belief = filtered.nav_at(samples.pre);
+// The filter of the library with state and covariance at every IMU epoch, as for filtered.csv. The sum of something of every
+// epoch, so that none is optimised away.
+double filter(const PreparedFlight& flight, const HeadingResult& heading, const Found& found) {
+  double sum = 0.0;
+  FilterSink sink;
+  sink.wanted = [](std::size_t) { return true; };
+  sink.epoch = [&](std::size_t, const NodeBelief& at) { sum += at.belief.P(0, 0); };
+  sink.inside = [&](const SampleLanes& samples, const InsideInterval& filtered) {
+    const NavBelief<Lanes> belief = filtered.nav_at(samples);
     for (int i = 0; i < samples.count; ++i) sum += epoch_of(0.0, belief, i, filtered.P_bb()).P_phi(0, 0);
-  }
-  void node(const RunState& run) {
-    if (run.at_event) at_events.push_back(run.belief.X);
-  }
-};
+  };
+  run_forward<kNoTail>(found.data, found.filter, start(flight, heading, initial_std_rad(flight)),
+                       cursor_at(found.data.imu(), flight.t_begin_s), sink);
+  return sum;
+}
 
-FullRate filter(const PreparedFlight& flight, const HeadingResult& heading, const Found& found) {
-  FullRate rate;
-  const ImuCursor at = cursor_at(found.data.imu(), flight.t_begin_s);
-  run_forward(found.data, found.filter, {start(flight, heading, initial_std_rad(flight)), at, {0, at.t_s}, 0, true},
-              rate);
-  return rate;
+// Its states where something is observed.
+std::vector<NavState<double>> filtered_at_events(const PreparedFlight& flight, const HeadingResult& heading,
+                                                 const Found& found) {
+  struct Silent {
+    void updated(const Observation&, const Innovation<double>&) {}
+    void inside(std::size_t, const Preintegrated<double>&) {}
+  } silent;
+  RunState<kNoTail> run = run_from<kNoTail>(found.data, start(flight, heading, initial_std_rad(flight)),
+                                            cursor_at(found.data.imu(), flight.t_begin_s));
+  IntervalStep<kNoTail> step;
+  std::vector<NavState<double>> states;
+  while (next_node(found.data, found.filter, run, step, silent)) {
+    if (run.observed) states.push_back(run.belief.X);
+  }
+  return states;
 }
 
 // IMU samples that a run goes through.
@@ -173,8 +181,8 @@ std::size_t epochs_of(const PreparedFlight& flight) {
 
 std::vector<double> event_times(const PreparedFlight& flight, const Found& found) {
   std::vector<double> times;
-  for (const Event& event : found.data.events) {
-    if (event.t_s > flight.t_begin_s) times.push_back(event.t_s);
+  for (const Observation& o : found.data.observations) {
+    if (o.t_s > flight.t_begin_s && (times.empty() || o.t_s > times.back())) times.push_back(o.t_s);
   }
   return times;
 }
@@ -231,23 +239,25 @@ Json dense_yardstick(const Options& o, const PreparedFlight& flight, const Found
   return json;
 }
 
-// The Rauch-Tung-Striebel smoother over a full-rate forward pass, step by step, as process() must come out.
+// The smoother over a full-rate forward pass, step by step, as process() must come out.
 std::vector<Epoch> plain_smoother(const PreparedFlight& flight, const Found& found, Belief<Model> belief) {
   struct Recorder : SilentVisitor<Model> {
+    static constexpr bool keeps_changes = true;
     std::vector<Checkpoint<Model>> checkpoints;
-    void checkpoint(std::size_t, const Belief<Model>& belief, const ImuCursor& cursor, const Model::State& X,
-                    const Model::Covariance& P) {
-      checkpoints.push_back({belief, cursor, {X, P}});
+    void node(std::size_t, const Belief<Model>& belief, const ImuCursor& cursor, const NodeChanges<Model>& changes) {
+      checkpoints.push_back({belief, cursor, changes});
     }
   };
   const FlightData& data = found.data;
   const ImuCursor begin = cursor_at(data.imu(), flight.t_begin_s);
-  Recorder recorder{{}, {{belief, begin, belief}}};
+  Recorder recorder{{}, {{belief, begin, {}}}};
   forward_pass(data, found.filter, belief, begin, data.imu().back().t_s, recorder);
   std::vector<Epoch> epochs;
   smooth(
       Ekf<Model>{found.filter.dynamics, found.filter.covariance_reset}, data, recorder.checkpoints, kEverySample,
-      [&](std::size_t k, const Belief<Model>& b) { epochs.push_back(epoch_of(data.imu()[k].t_s, b)); },
+      [&](std::size_t k, const Belief<Model>& b) { 
+        epochs.push_back(epoch_of(data.imu()[k].t_s, node_belief<kNoTail>(b, Matrix3d::Zero())));
+      },
       [](std::size_t, const Belief<Model>&) {});
   std::reverse(epochs.begin(), epochs.end());
   return epochs;
@@ -287,15 +297,15 @@ double curve_seconds(int repeat, const AlignmentProblem& problem, int headings) 
 }
 
 Json curves(const Options& o, AlignmentProblem problem) {
-  const auto after = [](double t, const Event& e) { return t < e.t_s; };
-  const auto& events = problem.data.events;
+  const auto after = [](double t, const Observation& o) { return t < o.t_s; };
+  const auto& observations = problem.data.observations;
   Json json;
   json["preintegration_seconds"] = median_seconds(o.repeat, [&] { preintegrate(problem); });
   json["intervals"] = problem.intervals.intervals.size();
   json["epochs"] =
       cursor_at(problem.data.imu(), problem.t_end_s).k - cursor_at(problem.data.imu(), problem.t_begin_s).k;
-  json["events"] = std::upper_bound(events.begin(), events.end(), problem.t_end_s, after) -
-                   std::upper_bound(events.begin(), events.end(), problem.t_begin_s, after);
+  json["observations"] = std::upper_bound(observations.begin(), observations.end(), problem.t_end_s, after) -
+                         std::upper_bound(observations.begin(), observations.end(), problem.t_begin_s, after);
   json["by_intervals"] = JsonArray{};
   for (const int headings : o.candidates) {
     Json curve;
@@ -331,8 +341,9 @@ Json run(const Options& o) {
   HeadingResult heading;
   stages.run("align", o.repeat, [&] { heading = align(flight); });
   const Found found(flight, heading);
-  FullRate filtered;
-  stages.run("filter", o.repeat, [&] { filtered = filter(flight, heading, found); });
+  double filtered = 0.0;
+  stages.run("filter", o.repeat, [&] { filtered += filter(flight, heading, found); });
+  if (!std::isfinite(filtered)) throw NumericalError("the filter is not finite");
   const EpochSink nowhere{[](std::size_t, const std::vector<Epoch>&) {}, [](std::size_t) {}};
   stages.run("filter_and_smoother", o.repeat, [&] { process(flight, heading, nowhere, nowhere); });
   if (!o.folder.empty()) {
@@ -364,8 +375,8 @@ Json run(const Options& o) {
   }
   if (!o.states.empty()) {
     const std::vector<double> times = event_times(flight, found);
-    write_states(o.states + "/filtered_at_fixes.csv", times,
-                 [&](std::size_t i) { return filtered.at_events[i].first; });
+    const std::vector<NavState<double>> states = filtered_at_events(flight, heading, found);
+    write_states(o.states + "/filtered_at_fixes.csv", times, [&](std::size_t i) { return states[i].first; });
     if (o.dense) {
       write_states(o.states + "/dense_at_fixes.csv", times, [&](std::size_t i) {
         return SE23<double>{dense[i].C_b_e, dense[i].v, dense[i].p};
