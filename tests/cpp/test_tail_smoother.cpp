@@ -112,11 +112,19 @@ struct SmallFlight {
 
 // Blocks of kDim, one more after every step x <- A x + w, and what is seen of them.
 struct Joint {
-  Eigen::MatrixXd P, H;
-  Eigen::VectorXd z, R;
+  Eigen::MatrixXd P;
   std::vector<Whole::State> reference;  // of each block
+  // What is seen of a block.
+  struct Seen {
+    Eigen::Index block;
+    Ekf<Whole>::Tall Ht;
+    Vector3d z;
+    Matrix3d R;
+  };
+  std::vector<Seen> seen;
   struct Node {
-    Eigen::Index block, rows;  // after the updates; what is seen up to there
+    Eigen::Index block;
+    std::size_t seen;  // after the updates; what is seen up to there
   };
   std::map<double, Node> nodes;
 
@@ -131,30 +139,32 @@ struct Joint {
     P = std::move(next);
     reference.push_back(X);
   }
-  // What a block is, given the first `rows` of what is seen: the error about its reference, and its covariance.
-  std::pair<Whole::Tangent, Whole::Covariance> given(Eigen::Index block, Eigen::Index rows) const {
-    const Eigen::MatrixXd H_all = H.topLeftCorner(rows, P.cols()), PHt = P * H_all.transpose();
-    Eigen::MatrixXd S = H_all * PHt;
-    S.diagonal() += R.head(rows);
-    const Eigen::MatrixXd of_block = PHt.middleRows(kDim * block, kDim);
-    const Eigen::LDLT<Eigen::MatrixXd> ldlt(S);
-    return {of_block * ldlt.solve(z.head(rows)),
-            P.block(kDim * block, kDim * block, kDim, kDim) - of_block * ldlt.solve(of_block.transpose())};
+  // What a block is, given the first `n` of what is seen: the error about its reference, and its covariance.
+  std::pair<Whole::Tangent, Whole::Covariance> given(Eigen::Index block, std::size_t n) const {
+    const auto between = [&](Eigen::Index a, Eigen::Index b) -> Whole::Covariance {
+      return P.block<kDim, kDim>(kDim * a, kDim * b);
+    };
+    const auto rows = static_cast<Eigen::Index>(3 * n);
+    Eigen::MatrixXd S(rows, rows), of_block(kDim, rows);
+    Eigen::VectorXd z(rows);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto row = static_cast<Eigen::Index>(3 * i);
+      z.segment<3>(row) = seen[i].z;
+      of_block.middleCols<3>(row) = between(block, seen[i].block) * seen[i].Ht;
+      for (std::size_t j = 0; j < n; ++j)
+        S.block<3, 3>(row, static_cast<Eigen::Index>(3 * j)) =
+            seen[i].Ht.transpose() * between(seen[i].block, seen[j].block) * seen[j].Ht;
+      S.block<3, 3>(row, row) += seen[i].R;
+    }
+    // By correlations: rows that say nothing have a variance of one.
+    const Eigen::VectorXd scale = S.diagonal().cwiseSqrt().cwiseInverse();
+    S = (scale.asDiagonal() * S * scale.asDiagonal()).eval();
+    of_block = (of_block * scale.asDiagonal()).eval();
+    const Eigen::LLT<Eigen::MatrixXd> llt(S);
+    return {of_block * llt.solve(scale.cwiseProduct(z)),
+            between(block, block) - of_block * llt.solve(of_block.transpose())};
   }
 };
-
-// Rows of what an observation of covariance R says, whitened.
-void add_rows(Joint& joint, const Ekf<Whole>::Tall& Ht, const Sighting<double>& seen) {
-  const Eigen::LLT<Matrix3d> llt(seen.R);
-  const Eigen::Index rows = joint.H.rows();
-  joint.H.conservativeResize(rows + 3, 100 * kDim);
-  joint.z.conservativeResize(rows + 3);
-  joint.R.conservativeResize(rows + 3);
-  joint.H.bottomRows(3).setZero();
-  joint.H.block(rows, kDim * (joint.blocks() - 1), 3, kDim) = llt.matrixL().solve(Matrix3d::Identity()) * Ht.transpose();
-  joint.z.tail<3>() = llt.matrixL().solve(seen.z);
-  joint.R.tail<3>().setOnes();
-}
 
 // x <- the same, with these components drawn anew.
 void redraw(Joint& joint, const std::vector<int>& components, const Whole::Covariance& prior) {
@@ -225,8 +235,8 @@ Joint joint_of(SmallFlight& flight) {
     const Vector3d drawn = normal3(flight.rng, kSmall);
     o.y = drawn.cwiseProduct(Vector3d(1.0, o.kind->rows > 1 ? 1.0 : 0.0, o.kind->rows > 1 ? 1.0 : 0.0)) - seen.z;
     seen = sight(o, flight.options, reading, true, unaided, Ht);
-    add_rows(joint, Ht, seen);
-    joint.nodes[o.t_s] = {joint.blocks() - 1, joint.H.rows()};
+    joint.seen.push_back({joint.blocks() - 1, Ht, seen.z, seen.R});
+    joint.nodes[o.t_s] = {joint.blocks() - 1, joint.seen.size()};
   }
   return joint;
 }
@@ -247,23 +257,23 @@ void expect_equal(const Whole::State& reference, const std::pair<Whole::Tangent,
 
 template <int tail>
 void expect_whole(const Joint& joint, const Belief<LieModel<double, tail>>& belief, Eigen::Index block,
-                  Eigen::Index rows, const std::string& what) {
+                  std::size_t seen, const std::string& what) {
   constexpr int dim = kTail + tail;
   Belief<Whole> whole{{belief.X.first, {}}, Whole::Covariance::Zero()};
   whole.X.second.x.template head<6 + tail>() = belief.X.second.x;
   whole.P.template topLeftCorner<dim, dim>() = belief.P;
-  expect_equal(joint.reference[static_cast<std::size_t>(block)], joint.given(block, rows), whole.X, whole.P, dim, what);
+  expect_equal(joint.reference[static_cast<std::size_t>(block)], joint.given(block, seen), whole.X, whole.P, dim, what);
 }
 
 // (phi, nu, rho, biases), and c with (phi, nu, rho).
-void expect_node(const Joint& joint, const NodeBelief& node, Eigen::Index block, Eigen::Index rows,
+void expect_node(const Joint& joint, const NodeBelief& node, Eigen::Index block, std::size_t seen,
                  const std::string& what) {
-  const auto expected = joint.given(block, rows);
+  const auto expected = joint.given(block, seen);
   Belief<Whole> whole{{node.belief.X.first, {}}, Whole::Covariance::Zero()};
   whole.X.second.x.head<6>() = node.belief.X.second.x;
   whole.P.topLeftCorner<kTail, kTail>() = node.belief.P;
   expect_equal(joint.reference[static_cast<std::size_t>(block)], expected, whole.X, whole.P, kTail, what);
-  Eigen::Matrix<double, 12, 3> G, scale;
+  Eigen::Matrix<double, 12, 3> G;
   G << node.error.G.phi, node.error.G.nu, node.error.G.rho, node.error.V;
   constexpr int c = kTail + kTailC;
   Eigen::Matrix<double, 12, 3> G_expected;
@@ -295,8 +305,7 @@ void expect_batch_least_squares(bool covariance_reset) {
   flight.add_message(3.4, 0.02, true);  // after a second and a half without: there is a node where nothing is seen
   for (int i = 0; i < 3; ++i) flight.add_message(3.8 + 0.5 * i, 0.01);
   const Joint joint = joint_of(flight);
-  ASSERT_LT(joint.blocks(), 100);
-  const Eigen::Index all = joint.H.rows();
+  const std::size_t all = joint.seen.size();
 
   const ForwardRun<tail> run =
       run_forward<tail>(flight.data, flight.options, flight.belief<tail>(), cursor_at(flight.data.imu(), 0.0));
@@ -308,7 +317,7 @@ void expect_batch_least_squares(bool covariance_reset) {
   sink.node = [&](std::size_t, double t_s, const NodeBelief& filtered, const NodeBelief& smoothed) {
     if (t_s == 0.0) return;
     const Joint::Node& node = joint.nodes.at(t_s);
-    expect_node(joint, filtered, node.block, node.rows, "filtered at " + std::to_string(t_s));
+    expect_node(joint, filtered, node.block, node.seen, "filtered at " + std::to_string(t_s));
     expect_node(joint, smoothed, node.block, all, "smoothed at " + std::to_string(t_s));
     ++seen;
   };
