@@ -129,15 +129,15 @@ struct Ekf {
     }
   }
 
-  // Components of the tail from `first` on start anew, with this covariance and nothing to do with the past.
-  template <int first, int count>
-  static void redraw_tail(Belief<Model>& belief, const SquareMatrix<double, count>& variance) {
-    static_assert(first + count <= Model::kTailDim);
-    belief.X.second.x.template segment<count>(kBias + first).setZero();
-    belief.P.template middleRows<count>(kTail + first).setZero();
-    belief.P.template middleCols<count>(kTail + first).setZero();
-    for (int i = 0; i < count; ++i)
-      for (int j = 0; j < count; ++j) belief.P(kTail + first + i, kTail + first + j) = variance(i, j);
+  // Components [first, first + count) of the tail start anew, with this covariance and nothing to do with the past.
+  template <typename Block>
+  void redraw_tail(Belief<Model>& belief, int first, int count, const Block& variance) const {
+    if constexpr (Model::kTailDim > 0) {
+      belief.X.second.x.segment(kBias + first, count).setZero();
+      belief.P.middleRows(kTail + first, count).setZero();
+      belief.P.middleCols(kTail + first, count).setZero();
+      belief.P.block(kTail + first, kTail + first, count, count) = variance;
+    }
   }
 
   // What each bias gains in one half of an interval of T seconds.
