@@ -215,7 +215,7 @@ def simulate(case: Case, kind: str, seed: int) -> liealign.SimulatedFlight:
     keys: Json = _AUTO if case.auto else _SCALES_GIVEN | {"gnss.latency_s": latency_s}
     if case.bias_told and case.accel_bias_mg > 0.5:
         keys = keys | {"imu.accel_bias_turn_on_mg": case.accel_bias_mg}
-    imu = liealign.ImuErrorSizes(accel_turn_on_ug=1e3 * case.accel_bias_mg)
+    imu = liealign.ImuErrorSizes(accel_turn_on_ug=1e3 * case.accel_bias_mg, turn_on="fixed")
     simulated = liealign.simulate_flight(drone, gnss, liealign.make_config(keys), seed, imu)
     take_off_s = drone.start_time_s + PARKED_S
     first_s = drone.start_time_s if begin_s is None else take_off_s + begin_s

@@ -46,7 +46,9 @@ Scene make_scene(double gnss_rate_hz) {
   gnss.rate_hz = gnss_rate_hz;
   gnss.l_ba_b = Vector3d(0.1, -0.05, -0.3);
   Scene s;
-  s.flight = prepare_flight(simulate_flight(drone, gnss, Config{}, 1).flight);
+  ImuErrorSizes imu;
+  imu.turn_on = "fixed";
+  s.flight = prepare_flight(simulate_flight(drone, gnss, Config{}, 1, imu).flight);
   const AlignmentProblem& problem = s.flight.problem;
   const FlightData& data = problem.data;
   s.filter = s.flight.filter;

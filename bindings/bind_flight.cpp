@@ -83,7 +83,8 @@ py::dict gnss_columns(const Flight& flight) {
   double *t = add_column(columns, "time_s", n), *lat = add_column(columns, "lat_deg", n),
          *lon = add_column(columns, "lon_deg", n), *height = add_column(columns, "height_m", n),
          *P = add_column(columns, "P_n_m2", n, {3, 3}), *v = add_column(columns, "v_n_mps", n, {3}),
-         *std_v = add_column(columns, "std_v_n_mps", n, {3}), *fix = add_column(columns, "fix", n);
+         *std_v = add_column(columns, "std_v_n_mps", n, {3}), *fix = add_column(columns, "fix", n),
+         *heading = add_column(columns, "heading_deg", n), *std_heading = add_column(columns, "std_heading_deg", n);
   const Vector3d absent = Vector3d::Constant(std::nan(""));
   for (std::size_t k = 0; k < n; ++k) {
     const GnssRecord& r = flight.gnss[k];
@@ -95,6 +96,22 @@ py::dict gnss_columns(const Flight& flight) {
     put3(v + 3 * k, r.has_velocity ? r.v_n_mps : absent);
     put3(std_v + 3 * k, r.has_velocity_std ? r.std_v_n_mps : absent);
     fix[k] = r.fix;
+    heading[k] = r.has_heading ? r.heading_rad * kRadToDeg : std::nan("");
+    std_heading[k] = r.has_heading ? r.std_heading_rad * kRadToDeg : std::nan("");
+  }
+  return columns;
+}
+
+py::dict baro_columns(const Flight& flight) {
+  const std::size_t n = flight.baro.size();
+  py::dict columns;
+  double *t = add_column(columns, "time_s", n), *height = add_column(columns, "height_m", n),
+         *std = add_column(columns, "std_m", n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const BaroRecord& r = flight.baro[k];
+    t[k] = r.t_s;
+    height[k] = r.height_m;
+    std[k] = r.has_std ? r.std_m : std::nan("");
   }
   return columns;
 }
@@ -131,11 +148,13 @@ void bind_raw_flight(py::module_& m) {
       .def_readonly("warnings", &Flight::warnings)
       .def("imu", &imu_columns, "time_s (n,), omega_ib_b_rps (n, 3), f_ib_b_mps2 (n, 3), as logged.")
       .def("gnss", &gnss_columns,
-           "time_s, lat_deg, lon_deg, height_m, fix (n,); P_n_m2 (n, 3, 3); v_n_mps, std_v_n_mps (n, 3), NaN where "
-           "absent.");
+           "time_s, lat_deg, lon_deg, height_m, fix (n,); P_n_m2 (n, 3, 3); v_n_mps, std_v_n_mps (n, 3), heading_deg, "
+           "std_heading_deg (n,), NaN where absent.")
+      .def("baro", &baro_columns, "time_s, height_m, std_m (n,), NaN where absent; n is 0 without baro.file.");
 
   m.def("read_flight", &read_flight, py::arg("config"), py::call_guard<py::gil_scoped_release>(),
-        "Reads imu.file and gnss.file. Raises InputError (file:line:column) or ConfigError when a file is not named.");
+        "Reads imu.file, gnss.file and, where given, baro.file. Raises InputError (file:line:column) or ConfigError "
+        "when a file is not named.");
 }
 
 void bind_coarse(py::module_& m) {

@@ -23,7 +23,7 @@ py::dict trajectory_columns(const std::vector<Epoch>& epochs) {
          *ba = add_column(d, "b_a_mps2", n, {3}), *bg = add_column(d, "b_g_rps", n, {3}),
          *std_ba = add_column(d, "std_b_a_mps2", n, {3}), *std_bg = add_column(d, "std_b_g_rps", n, {3}),
          *p_e = add_column(d, "p_eb_e_m", n, {3}), *v_e = add_column(d, "v_eb_e_mps", n, {3}),
-         *C = add_column(d, "C_b_e", n, {3, 3});
+         *C = add_column(d, "C_b_e", n, {3, 3}), *relative = add_column(d, "relative_std_p_n_m", n, {3});
   py::gil_scoped_release release;
   for (std::size_t i = 0; i < n; ++i) {
     const Epoch& e = epochs[i];
@@ -36,6 +36,7 @@ py::dict trajectory_columns(const std::vector<Epoch>& epochs) {
     put3(v + at, row.v_n_mps);
     put3(rpy + at, row.rpy_rad, kRadToDeg);
     put3(std_p + at, row.std_p_n_m);
+    put3(relative + at, row.relative_std_p_n_m);
     put3(std_v + at, row.std_v_n_mps);
     put3(std_rpy + at, row.std_rpy_rad, kRadToDeg);
     put3(ba + at, b_a(e.X));
@@ -123,7 +124,10 @@ void bind_pipeline(py::module_& m) {
         py::arg("keep_events") = false,
         "Filter and smoother. progress(done, total) is called now and then; returning False raises Cancelled.\n\n"
         "Raises InputError, NumericalError.");
-  m.def("alignment_json", &alignment_json, py::arg("flight"), py::arg("heading"), "The text of alignment.json.");
+  m.def(
+      "alignment_json",
+      [](const PreparedFlight& flight, const HeadingResult& heading) { return alignment_json(flight, heading); },
+      py::arg("flight"), py::arg("heading"), "The text of alignment.json.");
   m.def("summary_json", &summary_json, py::arg("flight"), py::arg("heading"), py::arg("solution"),
         "The text of summary.json.");
   m.def(

@@ -32,6 +32,7 @@ void bind_case(py::module_& m) {
           "Raises InputError for columns of other shapes.")
       .def_readwrite("gnss", &S::gnss)
       .def_readwrite("imu", &S::imu)
+      .def_readwrite("typed_in", &S::typed_in)
       .def_readwrite("config", &S::config)
       .def_readwrite("models", &S::models)
       .def_readwrite("start", &S::start)

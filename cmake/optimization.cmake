@@ -22,8 +22,12 @@ function(liealign_cool target)
   endif()
 endfunction()
 
-# Precompiled headers go with one set of options, so these sources read theirs themselves.
+# Precompiled headers go with one set of options, so these sources read theirs themselves. A unity file takes no source with options
+# of its own, and is not there to be fast.
 function(liealign_hot)
+  if(LIEALIGN_UNITY)
+    return()
+  endif()
   set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_OPTIONS "${LIEALIGN_HOT_OPTIONS}")
   set_property(SOURCE ${ARGN} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
 endfunction()

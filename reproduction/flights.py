@@ -17,6 +17,7 @@ Mask = NDArray[np.bool_]
 Json = dict[str, Any]
 
 LEVER_ARM_B_M = (0.1, -0.05, -0.3)
+TABLE_1_BIASES = liealign.ImuErrorSizes(turn_on="fixed")  # of just the size in the table, with any sign
 PARKED_S = 20.0
 OVERSAMPLE = 4  # fine steps of the truth per IMU sample
 GIVEN: Json = {"gnss.latency_s": 0.0, "imu.noise_scale": 1.0, "gnss.std_scale": 1.0}
@@ -51,7 +52,7 @@ def simulated(
 ) -> liealign.SimulatedFlight:
     """A flight with the sensors of TAES Table I and fixes at 1 Hz, if `gnss` says nothing else."""
     errors = liealign.GnssErrors(l_ba_b=LEVER_ARM_B_M, **gnss)
-    return liealign.simulate_flight(drone, errors, liealign.make_config(keys), seed)
+    return liealign.simulate_flight(drone, errors, liealign.make_config(keys), seed, TABLE_1_BIASES)
 
 
 def airborne_s(drone: liealign.DroneFlight) -> tuple[float, float]:

@@ -21,6 +21,7 @@ Conventions
 from __future__ import annotations
 
 from liealign._core import (
+    BaroErrors,
     Cancelled,
     CandidateScore,
     Config,
@@ -40,6 +41,7 @@ from liealign._core import (
     NumericalError,
     PreparedFlight,
     SimulatedFlight,
+    TypedInErrors,
     __version__,
     config_entries,
     config_fields,
@@ -68,6 +70,7 @@ from liealign.track import Track, read_trajectory
 
 __all__ = [
     "Alignment",
+    "BaroErrors",
     "Cancelled",
     "CandidateScore",
     "ChannelError",
@@ -94,6 +97,7 @@ __all__ = [
     "Solution",
     "Track",
     "Trajectory",
+    "TypedInErrors",
     "__version__",
     "align_heading",
     "compare",

@@ -250,6 +250,13 @@ class GnssColumns(TypedDict):
     v_n_mps: Array
     std_v_n_mps: Array
     fix: Array
+    heading_deg: Array
+    std_heading_deg: Array
+
+class BaroColumns(TypedDict):
+    time_s: Array
+    height_m: Array
+    std_m: Array
 
 class Flight:
     def __init__(
@@ -276,6 +283,7 @@ class Flight:
     def with_config(self, config: Config) -> Flight: ...
     def imu(self) -> ImuColumns: ...
     def gnss(self) -> GnssColumns: ...
+    def baro(self) -> BaroColumns: ...
 
 def read_flight(config: Config) -> Flight: ...
 
@@ -371,13 +379,13 @@ class TrajectoryColumns(TypedDict):
     std_p_n_m: Array
     std_v_n_mps: Array
     std_rpy_deg: Array
-    b_a_mps2: Array
-    b_g_rps: Array
     std_b_a_mps2: Array
     std_b_g_rps: Array
     p_eb_e_m: Array
     v_eb_e_mps: Array
     C_b_e: Array
+    b_a_mps2: Array
+    b_g_rps: Array
 
 class Solution:
     def smoothed(self) -> TrajectoryColumns: ...
@@ -490,6 +498,23 @@ class GnssErrors:
     velocity_std_ned: ArrayLike
     outlier_probability: float
     outlier_m: float
+    correlated_std_ned_m: ArrayLike
+    correlation_time_s: float
+    smoothing_time_s: float
+    velocity_correlated_std_ned: ArrayLike
+    velocity_correlation_time_s: float
+    velocity_latency_s: float | None
+    stamp_jitter_s: float
+    arrival_delay_s: float
+    step_ned_m: ArrayLike
+    velocity_step_mps: float
+    stated_std_ned_m: ArrayLike
+    stated_velocity_std_ned: ArrayLike
+    stated_std_factor: float
+    stated_velocity_std_factor: float
+    heading: bool
+    heading_std_deg: float
+    stated_heading_std_deg: float
     def __init__(
         self,
         *,
@@ -501,6 +526,23 @@ class GnssErrors:
         velocity_std_ned: ArrayLike = ...,
         outlier_probability: float = ...,
         outlier_m: float = ...,
+        correlated_std_ned_m: ArrayLike = ...,
+        correlation_time_s: float = ...,
+        smoothing_time_s: float = ...,
+        velocity_correlated_std_ned: ArrayLike = ...,
+        velocity_correlation_time_s: float = ...,
+        velocity_latency_s: float | None = ...,
+        stamp_jitter_s: float = ...,
+        arrival_delay_s: float = ...,
+        step_ned_m: ArrayLike = ...,
+        velocity_step_mps: float = ...,
+        stated_std_ned_m: ArrayLike = ...,
+        stated_velocity_std_ned: ArrayLike = ...,
+        stated_std_factor: float = ...,
+        stated_velocity_std_factor: float = ...,
+        heading: bool = ...,
+        heading_std_deg: float = ...,
+        stated_heading_std_deg: float = ...,
     ) -> None: ...
 
 class TruthColumns(TypedDict):
@@ -513,14 +555,65 @@ class TruthColumns(TypedDict):
     p_eb_e_m: Array
     v_eb_e_mps: Array
     C_b_e: Array
+    b_a_mps2: Array
+    b_g_rps: Array
 
 class ImuErrorSizes:
     gyro_turn_on_deg_h: float
     accel_turn_on_ug: float
+    gyro_scale_ppm: float
+    accel_scale_ppm: float
+    gyro_misalignment_deg: float
+    accel_misalignment_deg: float
+    turn_on: str
     noise_scale: float
+    gyro_vibration_deg_s: ArrayLike
+    accel_vibration_mps2: ArrayLike
+    vibration_correlation_time_s: float
     def __init__(
-        self, *, gyro_turn_on_deg_h: float = ..., accel_turn_on_ug: float = ..., noise_scale: float = ...
+        self,
+        *,
+        gyro_turn_on_deg_h: float = ...,
+        accel_turn_on_ug: float = ...,
+        gyro_scale_ppm: float = ...,
+        accel_scale_ppm: float = ...,
+        gyro_misalignment_deg: float = ...,
+        accel_misalignment_deg: float = ...,
+        turn_on: str = ...,
+        noise_scale: float = ...,
+        gyro_vibration_deg_s: ArrayLike = ...,
+        accel_vibration_mps2: ArrayLike = ...,
+        vibration_correlation_time_s: float = ...,
     ) -> None: ...
+
+class TypedInErrors:
+    lever_arm_std_m: float
+    latency_std_s: float
+    def __init__(
+        self,
+        *,
+        lever_arm_std_m: float = ...,
+        latency_std_s: float = ...,
+    ) -> None: ...
+
+class BaroErrors:
+    std_m: float
+    rate_hz: float
+    bias_sigma_m: float
+    bias_correlation_time_s: float
+    def __init__(
+        self,
+        *,
+        std_m: float = ...,
+        rate_hz: float = ...,
+        bias_sigma_m: float = ...,
+        bias_correlation_time_s: float = ...,
+    ) -> None: ...
+
+class BaroColumns(TypedDict):
+    time_s: Array
+    height_m: Array
+    std_m: Array
 
 class SimulatedFlight:
     @property
@@ -528,10 +621,16 @@ class SimulatedFlight:
     def between(self, begin_s: float, end_s: float) -> SimulatedFlight: ...
     def heading_deg_at(self, t_s: float) -> float: ...
     def truth(self) -> TruthColumns: ...
+    def baro(self, errors: BaroErrors = ..., *, seed: int) -> BaroColumns: ...
 
 def random_flight(kind: str, *, gentle: bool = False, seed: int) -> DroneFlight: ...
 def simulate_flight(
-    drone: DroneFlight, gnss: GnssErrors, config: Config, seed: int, imu: ImuErrorSizes = ...
+    drone: DroneFlight,
+    gnss: GnssErrors,
+    config: Config,
+    seed: int,
+    imu: ImuErrorSizes = ...,
+    typed_in: TypedInErrors = ...,
 ) -> SimulatedFlight: ...
 def simulate_track(
     time_s: ArrayLike,
@@ -545,6 +644,7 @@ def simulate_track(
     config: Config,
     seed: int,
     imu: ImuErrorSizes,
+    typed_in: TypedInErrors = ...,
 ) -> SimulatedFlight: ...
 def write_flight(folder: str, simulated: SimulatedFlight) -> None: ...
 
@@ -554,6 +654,7 @@ class StudyCase:
     flight: DroneFlight
     gnss: GnssErrors
     imu: ImuErrorSizes
+    typed_in: TypedInErrors
     config: Config
     models: list[str]
     start: str
@@ -570,6 +671,7 @@ class StudyCase:
         flight: DroneFlight = ...,
         gnss: GnssErrors = ...,
         imu: ImuErrorSizes = ...,
+        typed_in: TypedInErrors = ...,
         config: Config = ...,
         models: list[str] = ...,
         start: str = ...,

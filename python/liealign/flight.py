@@ -20,7 +20,7 @@ from liealign.toml_entries import read_toml_entries
 if TYPE_CHECKING:
     from liealign._core import Entry
 
-FILE_KEYS = ("imu.file", "gnss.file")
+FILE_KEYS = ("imu.file", "gnss.file", "baro.file")
 
 
 def _plain(value: Any) -> Any:
@@ -72,6 +72,7 @@ def read_flight(
     *,
     imu: str | PathLike[str] | None = None,
     gnss: str | PathLike[str] | None = None,
+    baro: str | PathLike[str] | None = None,
     **overrides: Any,
 ) -> Flight:
     """Read a flight from the files that FLIGHT.toml or the arguments name.
@@ -80,8 +81,8 @@ def read_flight(
     ----------
     toml
         A FLIGHT.toml; file names in it are relative to its folder.
-    imu, gnss
-        Native imu.csv and gnss.csv, instead of those that FLIGHT.toml names.
+    imu, gnss, baro
+        Native imu.csv, gnss.csv and baro.csv, instead of those that FLIGHT.toml names.
     **overrides
         Configuration keys, stronger than FLIGHT.toml, such as `**{"gnss.latency_s": -0.15}`.
 
@@ -93,7 +94,7 @@ def read_flight(
         For a key or value that cannot be used, or when a file is not named.
     """
     config = read_config(toml) if toml is not None else Config()
-    files = {key: name for key, name in zip(FILE_KEYS, (imu, gnss), strict=True) if name is not None}
+    files = {key: name for key, name in zip(FILE_KEYS, (imu, gnss, baro), strict=True) if name is not None}
     return _core.read_flight(make_config({**files, **overrides}, base=config))
 
 

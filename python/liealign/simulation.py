@@ -6,7 +6,16 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from liealign import _core
-from liealign._core import Config, DroneFlight, Error, GnssErrors, ImuErrorSizes, InputError, SimulatedFlight
+from liealign._core import (
+    Config,
+    DroneFlight,
+    Error,
+    GnssErrors,
+    ImuErrorSizes,
+    InputError,
+    SimulatedFlight,
+    TypedInErrors,
+)
 from liealign.flight import make_config
 from liealign.track import Track
 
@@ -25,6 +34,7 @@ def simulate_along(
     imu: ImuErrorSizes | None = None,
     rate_hz: float = _RATE_HZ,
     oversample: int = _OVERSAMPLE,
+    typed_in: TypedInErrors | None = None,
 ) -> SimulatedFlight:
     """Simulate the IMU and GNSS logs of a flight along a trajectory.
 
@@ -39,7 +49,7 @@ def simulate_along(
         from `SimulatedFlight.truth()`, or the name of a file (CSV, SBET): of the IMU and its axes,
         forward-right-down. At least four points, (n,) and (n, 3), at most 2 s apart.
     gnss
-        Rate, noise, lever arm, latency and outliers of the fixes; without it the defaults.
+        Rate, lever arm, latencies and errors of the fixes; without it the defaults.
     config
         A Config, or keys such as {"imu.model": "bmi088"}; `imu.model` says the noise.
     seed
@@ -50,6 +60,8 @@ def simulate_along(
         Of the IMU [Hz], 1 to 10000.
     oversample
         Steps of the simulator in one IMU sample, 1 or more.
+    typed_in
+        By how much lever arm and latency of the config are off; without it not at all.
 
     Raises
     ------
@@ -62,7 +74,7 @@ def simulate_along(
     TypeError
         When `track` is none of these.
     Error
-        When a field of `gnss`, the rate or `oversample` is out of range.
+        When a field of `gnss`, `imu` or `typed_in`, the rate or `oversample` is out of range.
     """
     points = Track.of(track)
     try:
@@ -78,6 +90,7 @@ def simulate_along(
             config if isinstance(config, Config) else make_config(config),
             seed,
             imu or ImuErrorSizes(),
+            typed_in or TypedInErrors(),
         )
     except Error as error:
         text = str(error)

@@ -42,7 +42,9 @@ inline SimulatedFlight table_1_flight(double heading_deg, std::uint64_t seed, co
   drone.seed = seed;
   GnssErrors gnss = errors;
   gnss.l_ba_b = Vector3d(0.1, -0.05, -0.3);
-  return simulate_flight(drone, gnss, with_given_parameters(config), seed);
+  ImuErrorSizes imu;
+  imu.turn_on = "fixed";  // the table has a size, and no distribution
+  return simulate_flight(drone, gnss, with_given_parameters(config), seed, imu);
 }
 
 inline double true_heading(const SimulatedFlight& s, double t) {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "liealign/align/heading_search.hpp"
+#include "liealign/align/initial.hpp"
 #include "liealign/pipeline/settings.hpp"
 #include "liealign/observe/antenna_motion.hpp"
 #include "numeric.hpp"

@@ -65,15 +65,19 @@ Config changed_config() {
             .week = 2238,
             .lever_arm_b_m = {0.1, -0.05, -0.3},
             .latency_s = -0.125,
+            .velocity_latency_s = 0.0625,
+            .error_model = "white",
             .std_scale = 1.75,
             .std_floor_m = 0.006,
             .use_velocity = false,
             .velocity_std_mps = 0.11,
             .velocity_std_floor_mps = 0.03,
+            .heading_offset_deg = 90.5,
             .accept_fix = {1, 2},
             .outlier = "reject",
             .outlier_probability = 0.99,
             .reacquire_after = 6};
+  c.baro = {.file = "baro.csv", .std_m = 0.4, .bias_std_m = 8.0, .bias_correlation_time_s = 601.0};
   c.align = {.start = "moving",
              .heading_guess_deg = 271.0,
              .heading_guess_std_deg = 22.0,
@@ -133,15 +137,22 @@ Pairs changed_pairs() {
       {"gnss.week", 2238LL},
       {"gnss.lever_arm_b_m", Doubles{0.1, -0.05, -0.3}},
       {"gnss.latency_s", -0.125},
+      {"gnss.velocity_latency_s", 0.0625},
+      {"gnss.error_model", S("white")},
       {"gnss.std_scale", 1.75},
       {"gnss.std_floor_m", 0.006},
       {"gnss.use_velocity", false},
       {"gnss.velocity_std_mps", 0.11},
       {"gnss.velocity_std_floor_mps", 0.03},
+      {"gnss.heading_offset_deg", 90.5},
       {"gnss.accept_fix", Wholes{1, 2}},
       {"gnss.outlier", S("reject")},
       {"gnss.outlier_probability", 0.99},
       {"gnss.reacquire_after", 6LL},
+      {"baro.file", S("baro.csv")},
+      {"baro.std_m", 0.4},
+      {"baro.bias_std_m", 8.0},
+      {"baro.bias_correlation_time_s", 601.0},
       {"align.start", S("moving")},
       {"align.heading_guess_deg", 271.0},
       {"align.heading_guess_std_deg", 22.0},
@@ -272,14 +283,15 @@ std::size_t members_of_the_struct() {
   const Config c;
   [[maybe_unused]] const auto& [i1, i2, i3, i4, i5, i6, i7, i8, i9, i10, i11, i12, i13, i14, i15, i16, i17, i18] =
       c.imu;
-  [[maybe_unused]] const auto& [g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13] = c.gnss;
+  [[maybe_unused]] const auto& [g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16] = c.gnss;
+  [[maybe_unused]] const auto& [b1, b2, b3, b4] = c.baro;
   [[maybe_unused]] const auto& [a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11] = c.align;
   [[maybe_unused]] const auto& [r1, r2, r3, r4, r5, r6, r7, r8, r9] = c.rest;
   [[maybe_unused]] const auto& [n1, n2, n3] = c.initial;
   [[maybe_unused]] const auto& [f1, f2, f3, f4] = c.filter;
   [[maybe_unused]] const auto& [o1, o2, o3, o4, o5, o6, o7] = c.output;
-  [[maybe_unused]] const auto& [s1, s2, s3, s4, s5, s6, s7] = c;
-  return 18 + 13 + 11 + 9 + 3 + 4 + 7;
+  [[maybe_unused]] const auto& [s1, s2, s3, s4, s5, s6, s7, s8] = c;
+  return 18 + 16 + 4 + 11 + 9 + 3 + 4 + 7;
 }
 
 TEST(ConfigTable, has_one_key_per_member_of_the_struct) {
@@ -369,12 +381,18 @@ TEST(ConfigTable, defaults_are_those_of_the_struct) {
   EXPECT_EQ(field("imu.noise_scale").default_value, "\"auto\"");
   EXPECT_EQ(field("gnss.latency_s").default_value, "\"auto\"");
   EXPECT_EQ(field("gnss.std_scale").default_value, "\"auto\"");
+  EXPECT_EQ(field("gnss.velocity_latency_s").default_value, "\"auto\"");
+  EXPECT_EQ(field("gnss.error_model").default_value, "\"auto\"");
+  EXPECT_EQ(field("gnss.heading_offset_deg").default_value, "0.0");
+  EXPECT_EQ(field("baro.std_m").default_value, "0.5");
+  EXPECT_EQ(field("baro.bias_std_m").default_value, "10.0");
+  EXPECT_EQ(field("baro.bias_correlation_time_s").default_value, "600.0");
   EXPECT_EQ(field("gnss.lever_arm_b_m").default_value, "[0.0, 0.0, 0.0]");
   EXPECT_EQ(field("gnss.accept_fix").default_value, "[1, 2, 3, 4, 5, 6]");
   EXPECT_EQ(field("gnss.use_velocity").default_value, "true");
   EXPECT_EQ(field("align.max_evaluations").default_value, "40");
   EXPECT_EQ(field("initial.roll_pitch_std_deg").default_value, "0.3333333333333333");
-  for (const char* key : {"imu.file", "gnss.file", "imu.gyro_arw_deg_sqrt_h", "align.heading_guess_deg"}) {
+  for (const char* key : {"imu.file", "gnss.file", "baro.file", "imu.gyro_arw_deg_sqrt_h", "align.heading_guess_deg"}) {
     EXPECT_EQ(field(key).default_value, "") << key;
   }
 }
@@ -390,6 +408,10 @@ TEST(ConfigTable, types_say_range_and_words) {
   EXPECT_TRUE(has("imu.noise_scale", "number > 0 or \"auto\""));
   EXPECT_TRUE(has("imu.gyro_arw_deg_sqrt_h", "number >= 0"));
   EXPECT_TRUE(has("gnss.latency_s", "number in [-10, 10] or \"auto\""));
+  EXPECT_TRUE(has("gnss.velocity_latency_s", "number in [-10, 10] or \"auto\""));
+  EXPECT_TRUE(has("gnss.error_model", "one of \"auto\", \"white\", \"correlated\""));
+  EXPECT_TRUE(has("gnss.heading_offset_deg", "number in [-360, 360]"));
+  EXPECT_TRUE(has("baro.bias_correlation_time_s", "number > 0"));
   EXPECT_TRUE(has("gnss.outlier_probability", "number in (0, 1)"));
   EXPECT_TRUE(has("align.grid_step_deg", "number in (0, 90]"));
   EXPECT_TRUE(has("align.heading_guess_deg", "finite number"));
@@ -415,8 +437,8 @@ TEST(ConfigEntries, leave_out_the_optional_keys_that_are_unset) {
   EXPECT_EQ(unset, (std::set<std::string>{"imu.noise_scale", "imu.gyro_arw_deg_sqrt_h", "imu.accel_vrw_mps_sqrt_h",
                                           "imu.gyro_bias_instability_deg_h", "imu.accel_bias_instability_ug",
                                           "imu.gyro_bias_turn_on_deg_h", "imu.accel_bias_turn_on_mg", "gnss.latency_s",
-                                          "gnss.std_scale", "align.heading_guess_deg", "gnss.week", "output.rate_hz",
-                                          "output.start_time_s", "output.stop_time_s"}));
+                                          "gnss.velocity_latency_s", "gnss.std_scale", "align.heading_guess_deg",
+                                          "gnss.week", "output.rate_hz", "output.start_time_s", "output.stop_time_s"}));
 }
 
 TEST(ConfigEntries, one_entry_changes_exactly_one_member) {
@@ -490,13 +512,13 @@ TEST(ConfigApply, whole_number_stands_for_a_number) {
             (std::array<double, 3>{1.0, -2.0, 3.0}));
 }
 
-TEST(ConfigApply, auto_unsets_the_three_automatic_keys_and_only_those) {
+TEST(ConfigApply, auto_unsets_the_four_automatic_keys_and_only_those) {
   Config base;
-  base.imu.noise_scale = base.gnss.latency_s = base.gnss.std_scale = 2.0;
+  base.imu.noise_scale = base.gnss.latency_s = base.gnss.velocity_latency_s = base.gnss.std_scale = 2.0;
   for (const Field& field : field_table()) {
     if (field.unset == Unset::never) continue;
-    const bool automatic =
-        field.key == "imu.noise_scale" || field.key == "gnss.latency_s" || field.key == "gnss.std_scale";
+    const bool automatic = field.key == "imu.noise_scale" || field.key == "gnss.latency_s" ||
+                           field.key == "gnss.velocity_latency_s" || field.key == "gnss.std_scale";
     const std::vector<ConfigEntry> entries = {{std::string(field.key), text("auto")}};
     if (automatic) {
       EXPECT_EQ(field_value(field, apply_config(base, entries, "")), std::nullopt) << field.key;
@@ -516,8 +538,8 @@ TEST(ConfigApply, keeps_what_the_base_says_where_no_entry_speaks) {
 
 TEST(ConfigApply, model_is_the_name_of_a_profile) {
   EXPECT_EQ(applied("imu.model", text("bmi088")).imu.model, "bmi088");
-  const std::string said = refusal("imu.model", text("bmi880"));
-  EXPECT_EQ(said.rfind("FLIGHT.toml:9: imu.model is \"bmi880\"; expected one of \"adis16495\", ", 0), 0U) << said;
+  const std::string said = refusal("imu.model", text("bmi08"));
+  EXPECT_EQ(said.rfind("FLIGHT.toml:9: imu.model is \"bmi08\"; expected one of \"adis16495\", ", 0), 0U) << said;
   EXPECT_TRUE(said.ends_with("; did you mean \"bmi088\"?")) << said;
 }
 
@@ -641,7 +663,7 @@ TEST(ConfigError, unknown_section_names_the_nearest_or_lists_them) {
             "FLIGHT.toml:9: unknown section \"gnsss\" in key \"gnsss.file\"; did you mean \"gnss\"?");
   EXPECT_EQ(refusal("camera.pixels", 1LL),
             "FLIGHT.toml:9: unknown section \"camera\" in key \"camera.pixels\"; the sections are "
-            "imu, gnss, align, rest, initial, filter, output");
+            "imu, gnss, baro, align, rest, initial, filter, output");
   EXPECT_EQ(refusal("noise.gyro_arw_deg_sqrt_h", 1.0),
             "FLIGHT.toml:9: unknown section \"noise\" in key "
             "\"noise.gyro_arw_deg_sqrt_h\"; did you mean \"imu.gyro_arw_deg_sqrt_h\"?");
@@ -651,9 +673,10 @@ TEST(ConfigError, key_outside_any_section_says_so) {
   EXPECT_EQ(refusal("lever_arm_b_m", 1.0),
             "FLIGHT.toml:9: unknown key \"lever_arm_b_m\" outside any section; did you mean \"gnss.lever_arm_b_m\"?");
   EXPECT_EQ(refusal("file", text("a")),
-            "FLIGHT.toml:9: unknown key \"file\" outside any section; did you mean \"imu.file\" or \"gnss.file\"?");
+            "FLIGHT.toml:9: unknown key \"file\" outside any section; did you mean \"imu.file\" or \"gnss.file\" or "
+            "\"baro.file\"?");
   EXPECT_EQ(refusal("", text("a")),
-            "FLIGHT.toml:9: unknown key \"\" outside any section; the sections are imu, gnss, align, rest, "
+            "FLIGHT.toml:9: unknown key \"\" outside any section; the sections are imu, gnss, baro, align, rest, "
             "initial, filter, output");
 }
 

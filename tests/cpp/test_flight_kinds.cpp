@@ -199,10 +199,11 @@ TEST(FlightKinds, the_imu_has_the_errors_it_is_given) {
   DroneFlight f = drawn(FlightKind::parked, false, 5);
   f.duration_s = 60.0;
   ImuErrorSizes sizes;
+  sizes.turn_on = "fixed";
+  const SimulatedFlight usual = simulate_flight(f, GnssErrors{}, Config{}, 5, sizes);
   sizes.accel_turn_on_ug = 20e3;
   sizes.noise_scale = 3.0;
   const SimulatedFlight s = simulate_flight(f, GnssErrors{}, Config{}, 5, sizes);
-  const SimulatedFlight usual = simulate_flight(f, GnssErrors{}, Config{}, 5);
   Vector3d mean = Vector3d::Zero(), square = Vector3d::Zero(), usual_square = Vector3d::Zero();
   const auto n = static_cast<double>(s.flight.imu.size());
   for (std::size_t k = 0; k < s.flight.imu.size(); ++k) {

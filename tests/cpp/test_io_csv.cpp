@@ -29,6 +29,7 @@ namespace {
 const std::string kImuHeader = "time_s,gyro_x_rps,gyro_y_rps,gyro_z_rps,accel_x_mps2,accel_y_mps2,accel_z_mps2";
 const std::string kGnssHeader = "time_s,lat_deg,lon_deg,height_m,std_n_m,std_e_m,std_d_m";
 const std::string kVelocityHeader = kGnssHeader + ",vn_mps,ve_mps,vd_mps,std_vn_mps,std_ve_mps,std_vd_mps";
+const std::string kHeadingHeader = kGnssHeader + ",heading_deg,std_heading_deg";
 const std::string kCovHeader = kGnssHeader + ",cov_ne_m2,cov_nd_m2,cov_ed_m2";
 
 // A directory of its own for each test; file names in messages are compared without it.
@@ -59,6 +60,11 @@ struct Csv : testing::Test {
     return read_gnss_csv(path("gnss.csv"), warnings);
   }
 
+  std::vector<BaroRecord> baro(const std::string& text) {
+    write_text_file(path("baro.csv"), text);
+    return read_baro_csv(path("baro.csv"), warnings);
+  }
+
   template <typename Work>
   std::string error_of(const Work& work) const {
     try {
@@ -73,6 +79,9 @@ struct Csv : testing::Test {
   }
   std::string gnss_error(const std::string& text) {
     return error_of([&] { gnss(text); });
+  }
+  std::string baro_error(const std::string& text) {
+    return error_of([&] { baro(text); });
   }
   // The error of one data row below a good header.
   std::string gnss_row_error(const std::string& header, const std::string& row) {
@@ -173,6 +182,43 @@ TEST_F(Csv, GnssGroupsMayBeEmptyInSomeRows) {
   const std::vector<GnssRecord> correlated = gnss(kCovHeader + "\n0,1,2,3,1,1,1,,,\n1,1,2,3,1,1,1,.5,0,0\n");
   EXPECT_EQ(correlated[0].P_n_m2, Matrix3d::Identity());
   EXPECT_EQ(correlated[1].P_n_m2(1, 0), 0.5);
+}
+
+TEST_F(Csv, GnssHeadingLandsInItsFieldsAndMayBeEmptyInSomeRows) {
+  const std::vector<GnssRecord> records = gnss(kHeadingHeader + "\n0,1,2,3,1,1,1,90,0.5\n1,1,2,3,1,1,1,,\n");
+  ASSERT_EQ(records.size(), 2U);
+  EXPECT_TRUE(records[0].has_heading);
+  EXPECT_EQ(records[0].heading_rad, 90.0 * kDegToRad);
+  EXPECT_EQ(records[0].std_heading_rad, 0.5 * kDegToRad);
+  EXPECT_FALSE(records[1].has_heading);
+  EXPECT_EQ(records[1].heading_rad, 0.0);
+  EXPECT_FALSE(gnss(kGnssHeader + "\n0,1,2,3,1,1,1\n")[0].has_heading);
+}
+
+TEST_F(Csv, HeadingIsBroughtToOneTurn) {
+  const std::array<std::array<double, 2>, 6> cases = {
+      {{-180, 180}, {-0.5, 359.5}, {0, 0}, {179.5, 179.5}, {359.5, 359.5}, {360, 0}}};
+  for (const auto& [heading_deg, expected_deg] : cases) {
+    const std::string row = "0,1,2,3,1,1,1," + std::to_string(heading_deg) + ",1";
+    EXPECT_EQ(gnss(kHeadingHeader + "\n" + row + "\n")[0].heading_rad, expected_deg * kDegToRad) << heading_deg;
+  }
+}
+
+TEST_F(Csv, BaroColumnsLandInTheirFields) {
+  const std::vector<BaroRecord> with_std = baro("std_m,time_s,height_m\n0.25,10,-3.5\n,11,4\n");
+  ASSERT_EQ(with_std.size(), 2U);
+  EXPECT_EQ(with_std[0].t_s, 10.0);
+  EXPECT_EQ(with_std[0].height_m, -3.5);
+  EXPECT_TRUE(with_std[0].has_std);
+  EXPECT_EQ(with_std[0].std_m, 0.25);
+  EXPECT_EQ(with_std[0].line, 2U);
+  EXPECT_FALSE(with_std[1].has_std);
+
+  const std::vector<BaroRecord> without = baro("time_s,height_m\n0,1\n0,1\n1,2\n");
+  ASSERT_EQ(without.size(), 2U);
+  EXPECT_FALSE(without[0].has_std);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(without_directory(warnings[0]), "baro.csv:3:1: 1 row repeats the row before it exactly and was dropped");
 }
 
 TEST_F(Csv, LongitudeIsBroughtToPlusMinus180) {
@@ -345,6 +391,13 @@ TEST_F(Csv, HalfAGroupOfColumnsIsRefused) {
   EXPECT_EQ(gnss_error(kGnssHeader + ",std_vn_mps,std_ve_mps,std_vd_mps\n"),
             "gnss.csv:1:8: std_vn_mps is given without a velocity; add the columns vn_mps,ve_mps,vd_mps or remove "
             "std_vn_mps,std_ve_mps,std_vd_mps");
+  EXPECT_EQ(gnss_error(kGnssHeader + ",heading_deg\n"),
+            "gnss.csv:1:8: std_heading_deg is missing but heading_deg is not; expected all of "
+            "heading_deg,std_heading_deg or none");
+}
+
+TEST_F(Csv, BaroWithoutHeightNamesTheColumnsFound) {
+  EXPECT_EQ(baro_error("time_s,pressure_pa\n"), "baro.csv:1:1: column height_m is missing; found time_s,pressure_pa");
 }
 
 // ---- What is refused: rows and cells
@@ -441,6 +494,33 @@ TEST_F(Csv, HalfAGroupOfCellsIsRefused) {
             "none");
   EXPECT_EQ(gnss_row_error(kVelocityHeader, "0,1,2,3,1,1,1,7,nan,9,,,"),
             "gnss.csv:2:9: ve_mps is \"nan\"; expected a finite number [m/s]");
+}
+
+TEST_F(Csv, HeadingOutsideATurnOrWithoutASigmaIsRefused) {
+  const auto error = [&](const std::string& cells) { return gnss_row_error(kHeadingHeader, "0,1,2,3,1,1,1," + cells); };
+  EXPECT_EQ(error("361,1"), "gnss.csv:2:8: heading_deg is \"361\"; expected a number from -180 to 360 [deg]");
+  EXPECT_EQ(error("-181,1"), "gnss.csv:2:8: heading_deg is \"-181\"; expected a number from -180 to 360 [deg]");
+  EXPECT_EQ(error("nan,1"), "gnss.csv:2:8: heading_deg is \"nan\"; expected a number from -180 to 360 [deg]");
+  EXPECT_EQ(error("10,0"), "gnss.csv:2:9: std_heading_deg is \"0\"; expected a number above 0 [deg]");
+  EXPECT_EQ(error("10,"),
+            "gnss.csv:2:9: std_heading_deg is empty but heading_deg is not; expected all of "
+            "heading_deg,std_heading_deg or none");
+  EXPECT_EQ(error(",1"),
+            "gnss.csv:2:8: heading_deg is empty but std_heading_deg is not; expected all of "
+            "heading_deg,std_heading_deg or none");
+}
+
+TEST_F(Csv, BaroRowThatCannotBeUsedIsRefused) {
+  const auto error = [&](const std::string& rows) { return baro_error("time_s,height_m,std_m\n" + rows + "\n"); };
+  EXPECT_EQ(error("0,,1"), "baro.csv:2:2: height_m is empty; expected a number from -1000 to 100000 [m]");
+  EXPECT_EQ(error("0,101325,1"), "baro.csv:2:2: height_m is \"101325\"; expected a number from -1000 to 100000 [m]");
+  EXPECT_EQ(error("0,1,0"), "baro.csv:2:3: std_m is \"0\"; expected a number above 0 [m]");
+  EXPECT_EQ(error("1,1,1\n0,1,1"),
+            "baro.csv:3:1: time_s is 0, before 1 on line 2; times must not go back: sort the file by time_s or remove "
+            "the line");
+  EXPECT_EQ(error("1,1,1\n1,2,1"),
+            "baro.csv:3:1: time_s is 1 as on line 2, but height_m differs; expected one row for each time: remove one "
+            "of the two lines");
 }
 
 TEST_F(Csv, FixMustBeANaturalNumber) {

@@ -38,8 +38,8 @@ TEST(ImuProfiles, names_are_unique_and_lower_case) {
     for (const char c : p.name) EXPECT_TRUE((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_') << p.name;
     EXPECT_EQ(&imu_profile(p.name), &p);
   }
-  for (const char* wanted : {"adis16495", "adis16465", "adis16448", "adis16505", "bmi088", "icm42688p", "icm20948",
-                             "mpu6000", "mpu9250", "lsm6dso", "xsens_dot", "xsens_mti3", "low_cost_mems"})
+  for (const char* wanted : {"adis16495", "adis16465", "adis16448", "adis16505", "bmi088", "bmi160", "icm42688p",
+                             "icm20948", "mpu6000", "mpu9250", "lsm6dso", "xsens_dot", "xsens_mti3", "low_cost_mems"})
     EXPECT_TRUE(names.count(wanted)) << wanted;
 }
 

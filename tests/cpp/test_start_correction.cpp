@@ -49,6 +49,7 @@ SimulatedFlight badly_levelled(double bias_mg, double heading_deg, std::uint64_t
   gnss.l_ba_b = kLever;
   ImuErrorSizes imu;
   imu.accel_turn_on_ug = 1e3 * bias_mg;
+  imu.turn_on = "fixed";
   Config config = testing::with_given_parameters({});
   config.imu.accel_bias_turn_on_mg = bias_mg;
   return simulate_flight(drone, gnss, config, seed, imu);

@@ -187,6 +187,37 @@ def test_read_flight_takes_bare_files(files: Files) -> None:
         liealign.read_flight(imu=folder / "imu.csv")
 
 
+def test_read_flight_takes_the_heading_of_a_dual_antenna(files: Files) -> None:
+    header, first, *rows = files.lines("gnss.csv")
+    spread = [f"{header},heading_deg,std_heading_deg", f"{first},-90,0.5", *(f"{row},," for row in rows)]
+    files.write("gnss.csv", spread)
+    gnss = liealign.read_flight(files.folder / "FLIGHT.toml").gnss()
+    assert gnss["heading_deg"][0] == pytest.approx(270.0, abs=1e-12)
+    assert gnss["std_heading_deg"][0] == pytest.approx(0.5, abs=1e-12)
+    assert np.isnan(gnss["heading_deg"][1:]).all() and np.isnan(gnss["std_heading_deg"][1:]).all()
+
+
+def test_read_flight_takes_a_barometer(files: Files) -> None:
+    toml = files.folder / "FLIGHT.toml"
+    assert liealign.read_flight(toml).baro()["time_s"].size == 0
+    files.write("baro.csv", ["time_s,height_m,std_m", "1000.0,12.5,0.25", "1000.1,12.75,"])
+    text = toml.read_text(encoding="utf-8")
+    toml.write_text(f'{text}[baro]\nfile = "baro.csv"\n', encoding="utf-8")
+    for flight in (
+        liealign.read_flight(toml),
+        liealign.read_flight(
+            imu=files.folder / "imu.csv", gnss=files.folder / "gnss.csv", baro=files.folder / "baro.csv"
+        ),
+    ):
+        baro = flight.baro()
+        np.testing.assert_array_equal(baro["time_s"], [1000.0, 1000.1])
+        np.testing.assert_array_equal(baro["height_m"], [12.5, 12.75])
+        np.testing.assert_array_equal(baro["std_m"], [0.25, np.nan])
+    files.write("baro.csv", ["time_s,height_m", "1000.0,x"])
+    with pytest.raises(liealign.InputError, match=r'baro\.csv:2:2: height_m is "x"; expected a number from'):
+        liealign.read_flight(toml)
+
+
 def test_every_key_has_a_line_in_the_table() -> None:
     fields = liealign.config_fields()
     keys = [field.key for field in fields]

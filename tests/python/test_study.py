@@ -72,6 +72,25 @@ def test_study_sets_the_fields_that_the_sections_name(study: Study) -> None:
     assert study.case("round").seed != case.seed
 
 
+def test_study_sets_the_errors_of_sensors_and_of_what_is_typed_in() -> None:
+    case = make_study(
+        {
+            "scenario.a.kind": "circles",
+            "errors.gnss.correlated_std_ned_m": [1.0, 1.0, 2.0],
+            "errors.gnss.velocity_latency_s": 0.3,
+            "errors.gnss.heading": True,
+            "errors.imu.turn_on": "fixed",
+            "errors.imu.gyro_vibration_deg_s": [5.0, 5.0, 1.0],
+            "errors.typed_in.lever_arm_std_m": 0.05,
+        }
+    ).case("a")
+    np.testing.assert_array_equal(case.gnss.correlated_std_ned_m, [1.0, 1.0, 2.0])
+    assert (case.gnss.velocity_latency_s, case.gnss.heading) == (0.3, True)
+    assert case.imu.turn_on == "fixed"
+    np.testing.assert_array_equal(case.imu.gyro_vibration_deg_s, [5.0, 5.0, 1.0])
+    assert (case.typed_in.lever_arm_std_m, case.typed_in.latency_std_s) == (0.05, 0.0)
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
@@ -83,6 +102,9 @@ def test_study_sets_the_fields_that_the_sections_name(study: Study) -> None:
         ("[flight]\nclockwise = 1", "flight.clockwise is 1; expected true or false"),
         ("[flight]\nkind = 'loops'", 'kind is "loops"; expected one of: survey'),
         ("[errors.gnss]\nstd_ned_m = [1.0]", "errors.gnss.std_ned_m is [1.0]; expected three numbers"),
+        ("[errors.imu]\nturn_on = 'maybe'", "STUDY.toml:2:1: scenario a: study: imu.turn_on is"),
+        ("[errors.gnss]\nvelocity_latency_s = 'auto'", 'velocity_latency_s is "auto"; expected a number'),
+        ("[errors.typed_in]\nlever_arm_m = 1", 'unknown key "errors.typed_in.lever_arm_m"'),
         ("[errors.baro]\nstd_m = 1.0", "errors.baro.std_m is 1.0; expected the sections"),
         ("[study]\nrate_hz = -1", "STUDY.toml:2:1: scenario a: study: rate_hz is -1"),
         ("[study]\nstart = 'guessed'", "STUDY.toml:2:1: scenario a: study: start is"),
@@ -91,6 +113,7 @@ def test_study_sets_the_fields_that_the_sections_name(study: Study) -> None:
         ("[errors.gnss]\nstd_ned_m = [true, 1, 1]", "expected three numbers"),
         ("[gnss]\nlever_arm_b_m = [0, 0, 1]", "the lever arm is errors.gnss.l_ba_b"),
         ("[imu]\ngyro_unit = 'dps'", "STUDY.toml:2:1: imu.gyro_unit does not belong to a study"),
+        ("[baro]\nfile = 'b.csv'", "STUDY.toml:2:1: baro.file does not belong to a study"),
         ("[output]\nfiltered = true", "output.filtered does not belong to a study"),
         ("[filter]\nmodel = 'euler'", "the filters are study.models"),
         ("[filter]\ngravity = 'flat'", "STUDY.toml:2:1: filter.gravity"),

@@ -87,20 +87,25 @@ InsideInterval::InsideInterval(const AtStart<tail>& start, const FilterOptions& 
   x_b_ = entered.x_0.template segment<kBias>(kNav).template cast<Scalar>();
   has_error_ = tail > 0 && tail_.sigma_c > 0.0;
   if constexpr (tail > 0) {
-    if (has_error_) set_error<tail>(entered.P, entered.M, entered.Lambda);
+    Vector<double, kCore + tail> mean = entered.x_0;
+    mean.template tail<tail>() += step.before.X.second.x.template tail<tail>();
+    if (has_error_) set_error<tail>(entered.P, entered.M, entered.Lambda, mean, entered.lambda);
   }
 }
 
 template <int tail>
 void InsideInterval::set_error(const SquareMatrix<double, kTail + tail>& P, const SquareMatrix<double, kTail + tail>& M,
-                               const SquareMatrix<double, kTail + tail>& Lambda) {
+                               const SquareMatrix<double, kTail + tail>& Lambda,
+                               const Vector<double, kTail + tail>& mean, const Vector<double, kTail + tail>& lambda) {
   const auto columns = [&](int at) {
     return ErrorColumns{rows_of<3>(P.template block<kNav, 3>(0, at)),
                         rows_of<3>(M.template block<kNav, 3>(0, at)),
                         rows_of<3>(M.template block<3, kNav>(at, 0).transpose()),
                         rows_of<3>(Lambda.template block<kNav, 3>(0, at)),
                         P.template block<kBias, 3>(kNav, at).template cast<Scalar>(),
-                        M.template block<kBias, 3>(kNav, at).template cast<Scalar>()};
+                        M.template block<kBias, 3>(kNav, at).template cast<Scalar>(),
+                        mean.template segment<3>(at).template cast<Scalar>(),
+                        lambda.template segment<3>(at).template cast<Scalar>()};
   };
   const auto blocks = [&](int row, int col) {
     return ErrorBlocks{P.template block<3, 3>(row, col).template cast<Scalar>(),
@@ -237,6 +242,7 @@ void InsideInterval::add_error(const SampleLanes& samples, Inside& in) const {
     V -= Y + Y.transpose() + mix(mix(cc_.Lambda, uc_.Lambda, q, r), mix(cu_.Lambda, uu_.Lambda, q, r), q, r);
   }
   in.error.V = V;
+  in.error.c = mix(c_.mean, u_.mean, a, b) + mix(c_.lambda, u_.lambda, q, r);
 }
 
 NavBelief<Lanes> InsideInterval::nav_at(const SampleLanes& samples) const {
@@ -244,7 +250,8 @@ NavBelief<Lanes> InsideInterval::nav_at(const SampleLanes& samples) const {
   const NavCovariance<Scalar, kBias>& P = in.P;
   const Matrix3<Scalar>&J = in.J.J, Jt = J.transpose();
   const Matrix3<Scalar> J_phi = J * P.phi_phi;
-  NavBelief<Scalar> out{in.X, J_phi * Jt, J * Matrix3<Scalar>(P.nu_nu * Jt), J * Matrix3<Scalar>(P.rho_rho * Jt), {}};
+  NavBelief<Scalar> out{in.X, J_phi * Jt, J * Matrix3<Scalar>(P.nu_nu * Jt), J * Matrix3<Scalar>(P.rho_rho * Jt), {},
+                        Vector3<Scalar>::Zero()};
   if (smoothed_ && covariance_reset_) {
     // J nu + Q phi: J P_nu J^T + Z + Z^T, Z = (J P_nu_phi + Q P_phi / 2) Q^T
     const auto add = [&](Matrix3<Scalar>& sum, const Matrix3<Scalar>& cross, const Matrix3<Scalar>& Q) {
@@ -259,6 +266,7 @@ NavBelief<Lanes> InsideInterval::nav_at(const SampleLanes& samples) const {
   add_error(samples, in);
   const Matrix3<Scalar> S = out.X.first.C.transpose() * root_.cast<Scalar>();
   out.P_relative = relative_covariance<Scalar>(out.P_rho, in.error.G.rho, in.error.V, S);
+  out.c = in.error.c;
   return out;
 }
 
@@ -268,7 +276,7 @@ WholeBelief<Lanes> InsideInterval::at(const SampleLanes& samples) const {
     add_error(samples, in);
   } else {
     const Matrix3<Scalar> none = Matrix3<Scalar>::Zero();
-    in.error = {{none, none, none}, none};
+    in.error = {{none, none, none}, none, Vector3<Scalar>::Zero()};
   }
   apply_jacobian(in.P, in.J);
   WholeBelief<Lanes> out{{in.X, {}}, in.error};

@@ -32,19 +32,21 @@ Epoch epoch_of(double t_s, const NodeBelief& b) {
           P.block<3, 3>(kNu, kNu),
           P_rho,
           relative_covariance<double>(P_rho, b.error.G.rho, b.error.V, S),
+          b.root * b.error.c,
           P.diagonal().segment<3>(kBa),
           P.diagonal().segment<3>(kBg)};
 }
 
-Epoch epoch_of(double t_s, const NavBelief<Lanes>& b, int i, const SquareMatrix<double, 6>& P_bb) {
+Epoch epoch_of(double t_s, const NavBelief<Lanes>& b, int i, const InsideInterval& inside) {
   return {t_s,
           lane(b.X, i),
           lane(b.P_phi, i),
           lane(b.P_nu, i),
           lane(b.P_rho, i),
           lane(b.P_relative, i),
-          P_bb.diagonal().head<3>(),
-          P_bb.diagonal().tail<3>()};
+          inside.root() * lane(b.c, i),
+          inside.P_bb().diagonal().head<3>(),
+          inside.P_bb().diagonal().tail<3>()};
 }
 
 NavRow nav_row(const Epoch& e) {

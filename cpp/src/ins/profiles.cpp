@@ -50,6 +50,10 @@ std::vector<ImuProfile> make_profiles() {
       {"bmi088", "Bosch BMI088", mdps_sqrt_hz(14.0), ug_sqrt_hz(175.0), 2.0, 60.0, deg_s(1.0), 20.0,
        "BMI088 data sheet BST-BMI088-DS001 rev. 1.9; flyer BST-BMI088-FL000", kAccelInstability},
 
+      // The phone class: 0.007 deg/s/sqrt(Hz), 180 ug/sqrt(Hz), +-3 deg/s, board level +-40 mg.
+      {"bmi160", "Bosch BMI160, of phones and small boards", mdps_sqrt_hz(7.0), ug_sqrt_hz(180.0), 10.0, 60.0,
+       deg_s(3.0), 40.0, "BMI160 data sheet BST-BMI160-DS000-07 rev. 0.8", kInstability},
+
       // 0.0028 deg/s/sqrt(Hz), 65 (x, y) and 70 (z) ug/sqrt(Hz), +-0.5 deg/s, +-20 mg.
       {"icm42688p", "TDK InvenSense ICM-42688-P", mdps_sqrt_hz(2.8), ug_sqrt_hz(70.0), 4.0, 25.0, deg_s(0.5), 20.0,
        "ICM-42688-P data sheet DS-000347 rev. 1.8, tables 1 and 2", kInstability},

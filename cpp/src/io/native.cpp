@@ -1,4 +1,4 @@
-// The native input files imu.csv and gnss.csv: SI and radians out, every doubtful row refused by line and column.
+// The native input files imu.csv, gnss.csv and baro.csv: SI and radians out, every doubtful row refused by line and column.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
@@ -12,9 +12,9 @@
 namespace liealign {
 namespace {
 
-// ---- Order in time, common to both files
+// ---- Order in time, common to the three files
 
-enum TimeField : std::size_t { kTime = 0 };  // the first field of both
+enum TimeField : std::size_t { kTime = 0 };  // the first field of all
 
 // Lets rows through whose time is later than the row before; drops exact repetitions and counts them.
 struct TimeOrder {
@@ -84,7 +84,17 @@ Vector3d three(const CsvRow& row, std::size_t first) {
 
 // ---- gnss.csv
 
-enum GnssField : std::size_t { kLat = 1, kLon, kHeight, kStd, kCov = 7, kVelocity = 10, kVelocityStd = 13, kFix = 16 };
+enum GnssField : std::size_t {
+  kLat = 1,
+  kLon,
+  kHeight,
+  kStd,
+  kCov = 7,
+  kVelocity = 10,
+  kVelocityStd = 13,
+  kFix = 16,
+  kHeading = 17
+};
 
 const std::vector<CsvField>& gnss_fields() {
   constexpr std::string_view kAboveZero = "a number above 0";
@@ -109,21 +119,26 @@ const std::vector<CsvField>& gnss_fields() {
       {"std_vn_mps", "m/s", false, kAboveZero, kLeastStd, kMostStd},
       {"std_ve_mps", "m/s", false, kAboveZero, kLeastStd, kMostStd},
       {"std_vd_mps", "m/s", false, kAboveZero, kLeastStd, kMostStd},
-      {"fix", "", false, "an integer of 0 or more (RTKLIB's Q)", 0.0, kMostFix}};
+      {"fix", "", false, "an integer of 0 or more (RTKLIB's Q)", 0.0, kMostFix},
+      {"heading_deg", "deg", false, "a number from -180 to 360", -180.0, 360.0},
+      {"std_heading_deg", "deg", false, kAboveZero, kLeastStd, kMostStd}};
   return fields;
 }
 
+// Past the last field of the group that begins with this one: a vector of three, or a heading with its sigma.
+std::size_t group_end(std::size_t first) { return first + (first == kHeading ? 2 : 3); }
+
 std::string group_names(const CsvTable& table, std::size_t first) {
   std::string names(table.fields[first].name);
-  for (std::size_t i = first + 1; i < first + 3; ++i) names += "," + std::string(table.fields[i].name);
+  for (std::size_t i = first + 1; i < group_end(first); ++i) names += "," + std::string(table.fields[i].name);
   return names;
 }
 
-// Whether the three optional fields from `first` on are there. Throws where `is_there` holds for some of them only.
+// Whether the optional fields of the group from `first` on are there. Throws where `is_there` holds for some of them only.
 template <typename IsThere>
 bool has_group(const CsvTable& table, std::size_t line, std::size_t first, const std::string& missing,
                const IsThere& is_there) {
-  const std::size_t end = first + 3;
+  const std::size_t end = group_end(first);
   std::size_t there = end;
   std::size_t absent = end;
   for (std::size_t i = end; i-- > first;) (is_there(i) ? there : absent) = i;
@@ -144,6 +159,7 @@ void check_gnss_header(const CsvTable& table) {
                      [&](std::size_t i) { return table.cell_of_field[i] != kNoCell; });
   };
   header_has_group(kCov);
+  header_has_group(kHeading);
   const bool has_velocity = header_has_group(kVelocity);
   if (header_has_group(kVelocityStd) && !has_velocity) {
     fail_at(table, table.header_line, kVelocityStd,
@@ -195,6 +211,15 @@ void set_velocity(const CsvTable& table, const CsvRow& row, GnssRecord& record) 
   }
 }
 
+void set_heading(const CsvTable& table, const CsvRow& row, GnssRecord& record) {
+  record.has_heading = row_has_group(table, row, kHeading);
+  if (!record.has_heading) return;
+  const double heading_deg = row.values[kHeading];
+  const double turns_deg = heading_deg < 0.0 ? 360.0 : heading_deg < 360.0 ? 0.0 : -360.0;
+  record.heading_rad = (heading_deg + turns_deg) * kDegToRad;
+  record.std_heading_rad = row.values[kHeading + 1] * kDegToRad;
+}
+
 int fix_of(const CsvTable& table, const CsvRow& row) {
   if (table.cell_of_field[kFix] == kNoCell) return -1;
   const double fix = row.values[kFix];
@@ -211,7 +236,30 @@ GnssRecord gnss_record(const CsvTable& table, const CsvRow& row) {
   record.height_m = row.values[kHeight];
   record.P_n_m2 = position_covariance(table, row);
   set_velocity(table, row, record);
+  set_heading(table, row, record);
   record.fix = fix_of(table, row);
+  record.line = row.line;
+  return record;
+}
+
+// ---- baro.csv
+
+enum BaroField : std::size_t { kBaroHeight = 1, kBaroStd = 2 };
+
+const std::vector<CsvField>& baro_fields() {
+  static const std::vector<CsvField> fields = {
+      {"time_s", "s"},
+      {"height_m", "m", true, "a number from -1000 to 100000", -1e3, 1e5},
+      {"std_m", "m", false, "a number above 0", 1e-150, 1e150}};  // its square stays a normal number
+  return fields;
+}
+
+BaroRecord baro_record(const CsvRow& row) {
+  BaroRecord record;
+  record.t_s = row.values[kTime];
+  record.height_m = row.values[kBaroHeight];
+  record.has_std = !std::isnan(row.values[kBaroStd]);
+  if (record.has_std) record.std_m = row.values[kBaroStd];
   record.line = row.line;
   return record;
 }
@@ -242,6 +290,20 @@ std::vector<GnssRecord> read_gnss_csv(const std::string& path, std::vector<std::
     if (!advance(order, table, row)) continue;
     make_room(records, table.lines);
     records.push_back(gnss_record(table, row));
+  }
+  warn_of_repeats(order, path, warnings);
+  return records;
+}
+
+std::vector<BaroRecord> read_baro_csv(const std::string& path, std::vector<std::string>& warnings) {
+  CsvTable table = open_csv(path, baro_fields(), warnings);
+  std::vector<BaroRecord> records;
+  TimeOrder order;
+  CsvRow row;
+  while (next_row(table, row)) {
+    if (!advance(order, table, row)) continue;
+    make_room(records, table.lines);
+    records.push_back(baro_record(row));
   }
   warn_of_repeats(order, path, warnings);
   return records;

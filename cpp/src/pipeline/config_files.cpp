@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 // Applies `rename` to every file name that is given.
 template <typename Rename>
 Config renamed(Config config, const Rename& rename) {
-  for (std::string* name : {&config.imu.file, &config.gnss.file}) {
+  for (std::string* name : {&config.imu.file, &config.gnss.file, &config.baro.file}) {
     if (!name->empty()) *name = rename(*name);
   }
   return config;

@@ -23,6 +23,8 @@ constexpr auto imu = member<&Config::imu, Leaf>();
 template <auto Leaf>
 constexpr auto gnss = member<&Config::gnss, Leaf>();
 template <auto Leaf>
+constexpr auto baro = member<&Config::baro, Leaf>();
+template <auto Leaf>
 constexpr auto align = member<&Config::align, Leaf>();
 template <auto Leaf>
 constexpr auto rest = member<&Config::rest, Leaf>();
@@ -100,6 +102,12 @@ std::vector<Field> make_table() {
        within(-100.0, 100.0)},
       {"gnss.latency_s", "s", "Delay of the time stamps, t_true = time_s - latency_s (auto: estimated from the flight)",
        gnss<&GnssConfig::latency_s>, within(-10.0, 10.0), automatic},
+      {"gnss.velocity_latency_s", "s",
+       "Delay of the velocity columns, t_true = time_s - velocity_latency_s (auto: estimated from the flight)",
+       gnss<&GnssConfig::velocity_latency_s>, within(-10.0, 10.0), automatic},
+      {"gnss.error_model", "",
+       "Position errors independent from fix to fix, or with a part that lasts over many (auto: correlated)",
+       gnss<&GnssConfig::error_model>, Words{{"auto", "white", "correlated"}}},
       {"gnss.std_scale", "", "Factor on the standard deviations of the file (auto: estimated from the flight)",
        gnss<&GnssConfig::std_scale>, kPositive, automatic},
       {"gnss.std_floor_m", "m", "Smallest position standard deviation that is believed", gnss<&GnssConfig::std_floor_m>,
@@ -109,6 +117,9 @@ std::vector<Field> make_table() {
        gnss<&GnssConfig::velocity_std_mps>, kPositive},
       {"gnss.velocity_std_floor_mps", "m/s", "Smallest velocity standard deviation that is believed",
        gnss<&GnssConfig::velocity_std_floor_mps>, kNotNegative},
+      {"gnss.heading_offset_deg", "deg",
+       "Direction of the dual antenna's baseline in the body, clockwise from forward: heading_deg minus the heading",
+       gnss<&GnssConfig::heading_offset_deg>, within(-360.0, 360.0)},
       {"gnss.accept_fix", "",
        "Qualities to use when the file has a fix column (RTKLIB's Q: 1 fixed, 2 float, 5 single ...)",
        gnss<&GnssConfig::accept_fix>, within(0.0, 9.0)},
@@ -118,6 +129,15 @@ std::vector<Field> make_table() {
        gnss<&GnssConfig::outlier_probability>, kProbability},
       {"gnss.reacquire_after", "", "Fixes beyond the threshold in a row before the filter yields to them",
        gnss<&GnssConfig::reacquire_after>, at_least(1.0)},
+
+      // [baro]
+      {"baro.file", "", "Heights of a barometer in the native CSV layout", baro<&BaroConfig::file>},
+      {"baro.std_m", "m", "Standard deviation of a height when the file has no column for it", baro<&BaroConfig::std_m>,
+       kPositive},
+      {"baro.bias_std_m", "m", "Standard deviation of the drifting bias of the barometer",
+       baro<&BaroConfig::bias_std_m>, kPositive},
+      {"baro.bias_correlation_time_s", "s", "Correlation time of the drifting bias of the barometer",
+       baro<&BaroConfig::bias_correlation_time_s>, kPositive},
 
       // [align]
       {"align.start", "", "Whether the log starts at rest, in motion, or is to be looked at",

@@ -196,6 +196,22 @@ void warn(const Flight& flight, PreparedFlight& out) {
   }
 }
 
+// The classical models and the papers' mechanization have no room for a receiver's own errors.
+void check_error_model(const Config& config) {
+  const bool has_baro = !config.baro.file.empty();
+  if (config.gnss.error_model != "correlated" && !has_baro) return;
+  const FilterConfig& f = config.filter;
+  const std::string why = f.model != "lie"             ? "filter.model is \"" + f.model + "\""
+                          : f.mechanization != "exact" ? "filter.mechanization is \"" + f.mechanization + "\""
+                          : !f.covariance_reset        ? std::string("filter.covariance_reset is false")
+                                                       : "";
+  if (why.empty()) return;
+  throw ConfigError(
+      has_baro ? "baro.file is given and " + why + ", which carries no drifting bias; drop baro.file, or drop the latter"
+               : "gnss.error_model is \"correlated\" and " + why +
+                     ", which carries no errors of the receiver; set gnss.error_model to \"white\", or drop it");
+}
+
 // A std that differs from the default was given by someone; the default itself stands in every config.toml.
 void check_guess(const AlignConfig& align) {
   if (align.heading_guess_deg || align.heading_guess_std_deg == AlignConfig{}.heading_guess_std_deg) return;
@@ -234,6 +250,7 @@ Flight read_flight(const Config& config) {
   Flight flight;
   flight.config = config;
   flight.imu = read_imu_csv(config.imu.file, flight.warnings);
+  if (!config.baro.file.empty()) flight.baro = read_baro_csv(config.baro.file, flight.warnings);
   if (!looks_like_rtklib_pos(config.gnss.file)) {
     flight.gnss = read_gnss_csv(config.gnss.file, flight.warnings);
     return flight;
@@ -251,6 +268,7 @@ Flight read_flight(const Config& config) {
 PreparedFlight prepare_flight(Flight flight) {
   const Config& config = flight.config;
   check_guess(config.align);
+  check_error_model(config);
   PreparedFlight out;
   out.config = config;
   out.warnings = flight.warnings;
@@ -305,6 +323,8 @@ PreparedFlight prepare_flight(Flight flight) {
   problem.data = scored_data(out, problem.t_end_s);
   preintegrate(problem);
   warn(flight, out);
+  out.gnss = std::move(flight.gnss);
+  out.baro = std::move(flight.baro);
   return out;
 }
 

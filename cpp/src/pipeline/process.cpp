@@ -12,6 +12,7 @@
 #include "liealign/estimate/output_frame.hpp"
 #include "liealign/estimate/parts.hpp"
 #include "liealign/estimate/sample_smoother.hpp"
+#include "liealign/pipeline/receiver.hpp"
 #include "liealign/pipeline/settings.hpp"
 
 namespace liealign {
@@ -64,13 +65,15 @@ struct Output {
     if (frame.is_imu()) {
       const NavBelief<Lanes> belief = inside.nav_at(samples);
       for (int i = 0; i < samples.count; ++i)
-        give(with_latency(epoch_of(imu[samples.k[static_cast<std::size_t>(i)]].t_s, belief, i, inside.P_bb())));
+        give(with_latency(epoch_of(imu[samples.k[static_cast<std::size_t>(i)]].t_s, belief, i, inside)));
     } else {
       const WholeBelief<Lanes> all = inside.at(samples);
       for (int i = 0; i < samples.count; ++i) {
         const NavRows<Lanes, 3>& G = all.error.G;
         give(epoch(samples.k[static_cast<std::size_t>(i)],
-                   {lane(all.belief, i), {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i)}, inside.root()}));
+                   {lane(all.belief, i),
+                    {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i), lane(all.error.c, i)},
+                    inside.root()}));
       }
     }
   }
@@ -169,6 +172,9 @@ void by_intervals(Run& run, const Belief<LieModel<double, tail>>& belief, const 
   };
   const ForwardRun<tail> forward = run_forward<tail>(run.data, run.filter, belief, start, filter);
   run.filtered.hand_on(0);
+  if constexpr (tail > 0) {
+    if (run.solution.receiver) run.solution.receiver->latency = found_latency<tail>(run.solution.receiver->latency, forward.end.belief);
+  }
 
   struct EpochPair {
     Epoch filtered, smoothed;
@@ -251,15 +257,38 @@ struct DigestOf {
 
 }  // namespace
 
-RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading) {
+RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress) {
   const AlignmentProblem& problem = flight.problem;
+  const double heading_std_rad = initial_heading_std(flight, heading);
+  const Belief<Model> belief = start_belief(problem, with_parameters(problem.initial, heading.parameters),
+                                            heading.heading_rad, heading_std_rad, heading.start);
+  RunStart run =
+      run_start(flight, heading, belief, cursor_at(flight.data.imu(), flight.t_begin_s), progress);
+  run.heading_std_rad = heading_std_rad;
+  return run;
+}
+
+RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Belief<Model>& belief,
+                   const ImuCursor& cursor, const Progress& progress) {
   RunStart run;
-  run.data = with_parameters(flight.data, heading.parameters, problem.t_start_s);
+  run.belief = belief;
+  run.cursor = cursor;
+  if (models_receiver(flight.config)) {
+    const ReceiverProblem receiver = receiver_problem(flight, heading, flight.filter, run.belief, run.cursor);
+    run.receiver = fit_receiver(receiver, progress);
+    run.data = with_receiver(receiver, run.receiver->parameters, run.receiver->latency);
+    run.filter = with_receiver(receiver, run.receiver->parameters);
+    run.wide_position_std_m = receiver.wide_position_std_m;
+    return run;
+  }
+  run.data = with_parameters(flight.data, heading.parameters, flight.problem.t_start_s);
+  add_other_observations(flight, flight.latency_s + heading.parameters.latency_s, run.data.observations);
+  sort_observations(run.data.imu(), run.data.observations);
   run.filter = with_parameters(with_gates(flight.filter, heading.gate_scales), heading.parameters);
-  run.heading_std_rad = initial_heading_std(flight, heading);
-  run.belief = start_belief(problem, with_parameters(problem.initial, heading.parameters), heading.heading_rad,
-                            run.heading_std_rad, heading.start);
-  run.cursor = cursor_at(run.data.imu(), flight.t_begin_s);
+  if (!flight.baro.empty()) {
+    run.filter.tail.baro_std_m = flight.config.baro.bias_std_m;
+    run.filter.tail.baro_tau_s = flight.config.baro.bias_correlation_time_s;
+  }
   return run;
 }
 
@@ -278,14 +307,27 @@ void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink) {
 
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
                  const EpochSink& filtered, const Progress& progress, bool keep_events) {
-  const auto [data, filter, belief, start, heading_std_rad] = run_start(flight, heading);
-  const Output output(flight, filter, heading.parameters_std.latency_s.value_or(0.0));
+  return process(flight, heading, run_start(flight, heading), smoothed, filtered, progress, keep_events);
+}
+
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& begin,
+                 const EpochSink& smoothed, const EpochSink& filtered, const Progress& progress, bool keep_events) {
+  const FlightData& data = begin.data;
+  const FilterOptions& filter = begin.filter;
+  const ImuCursor& start = begin.cursor;
+  // A latency that is a state of the filter is in its covariance.
+  const Output output(flight, filter, begin.receiver ? 0.0 : heading.parameters_std.latency_s.value_or(0.0));
   Solution solution;
-  solution.heading_std_initial_rad = heading_std_rad;
+  solution.heading_std_initial_rad = begin.heading_std_rad;
+  solution.receiver = begin.receiver;
   for (std::size_t i = 0; i < flight.record_use.size(); ++i) {
     solution.fixes.push_back({flight.record_time_s[i], flight.record_use[i], {}, {}});
   }
-  for (const GnssFix& fix : data.fixes) solution.fixes[fix.record].t_s = fix.t_s;
+  for (const Observation& o : data.observations) {
+    if (o.kind->gate != GateClass::position) continue;
+    solution.fixes[o.record].t_s = o.t_s;
+    solution.fixes[o.record].use = RecordUse::update;
+  }
 
   std::size_t wanted = 0;
   for (std::size_t k = start.k - 1; k < data.imu().size(); ++k) wanted += output.wanted(k) ? 1 : 0;
@@ -305,13 +347,17 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
           progress, keep_events, solution};
   const std::string& model = flight.config.filter.model;
   if (model == "mekf") {
-    by_samples(run, belief_in<MekfModel>(belief), start);
+    by_samples(run, belief_in<MekfModel>(begin.belief), start);
   } else if (model == "euler") {
-    by_samples(run, belief_in<EulerModel>(belief), start);
-  } else if (filter.dynamics.mechanization == Mechanization::exact) {
-    by_intervals<kNoTail>(run, belief, start);
+    by_samples(run, belief_in<EulerModel>(begin.belief), start);
+  } else if (filter.dynamics.mechanization != Mechanization::exact) {
+    by_samples(run, begin.belief, start);
+  } else if (filter.tail.is_empty()) {
+    by_intervals<kNoTail>(run, begin.belief, start);
+  } else if (filter.tail.is_long()) {
+    by_intervals<kLongTail>(run, start_with_tail<kLongTail>(begin.belief, filter.tail, begin.wide_position_std_m), start);
   } else {
-    by_samples(run, belief, start);
+    by_intervals<kShortTail>(run, start_with_tail<kShortTail>(begin.belief, filter.tail, begin.wide_position_std_m), start);
   }
   if (solution.digest.epochs == 0) {
     throw InputError(
@@ -320,8 +366,8 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
   return solution;
 }
 
-Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress,
-                 bool keep_events) {
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& start,
+                 const Progress& progress, bool keep_events) {
   std::vector<Epoch> smoothed, filtered;
   const auto collect_into = [](std::vector<Epoch>& all, std::vector<const std::vector<Epoch>*>& made) {
     return EpochSink{
@@ -329,11 +375,16 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
         [&made, &all](std::size_t slot) { all.insert(all.end(), made[slot]->begin(), made[slot]->end()); }};
   };
   std::vector<const std::vector<Epoch>*> smoothed_parts(part_slots()), filtered_parts(part_slots());
-  Solution solution = process(flight, heading, collect_into(smoothed, smoothed_parts),
+  Solution solution = process(flight, heading, start, collect_into(smoothed, smoothed_parts),
                               collect_into(filtered, filtered_parts), progress, keep_events);
   solution.smoothed = std::move(smoothed);
   solution.filtered = std::move(filtered);
   return solution;
+}
+
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress,
+                 bool keep_events) {
+  return process(flight, heading, run_start(flight, heading), progress, keep_events);
 }
 
 }  // namespace liealign

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 
 #include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/estimate/parts.hpp"
 #include "liealign/io/json.hpp"
 #include "liealign/io/text_file.hpp"
+#include "liealign/observe/kinds.hpp"
 #include "liealign/pipeline/config_files.hpp"
 #include "liealign/pipeline/trajectory_files.hpp"
 
@@ -23,6 +25,12 @@ Json degrees(const std::optional<double>& rad) { return rad ? Json(*rad * kRadTo
 std::size_t count(const std::vector<FixRecord>& fixes, const std::string& word) {
   return static_cast<std::size_t>(
       std::count_if(fixes.begin(), fixes.end(), [&](const FixRecord& f) { return verdict_word(f) == word; }));
+}
+
+std::vector<UpdateRecord> updates_of(const ObservationKind& kind, const std::vector<UpdateRecord>& all) {
+  std::vector<UpdateRecord> out;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(out), [&](const UpdateRecord& u) { return u.kind == &kind; });
+  return out;
 }
 
 // Median over the trajectory of one output sigma.
@@ -38,8 +46,37 @@ Json number_or_null(const std::optional<double>& value, double unit = 1.0) {
   return value ? Json(*value * unit) : Json();
 }
 
+// What the final run found of the receiver, and of the noise of the IMU with it; null where its errors were taken for white.
+void put_receiver(Json& json, const PreparedFlight& flight, const ReceiverFit* fit) {
+  for (const char* key : {"gnss_velocity_latency_s", "gnss_velocity_latency_std_s", "gnss_latency_model_spread_s",
+                          "gnss_stamp_jitter_s", "gnss_white_std_scale", "gnss_correlation_time_s",
+                          "gnss_smoothing_time_s", "gnss_velocity_correlated_std_mps"})
+    json[key] = nullptr;
+  if (fit == nullptr) return;
+  const ReceiverParameters& p = fit->parameters;
+  const auto std_or_null = [](double std) { return std > 0.0 ? Json(std) : Json(); };
+  json["gnss_latency_s"] = fit->latency.position_s;
+  json["gnss_latency_std_s"] = std_or_null(fit->latency.position_std_s);
+  json["gnss_velocity_latency_s"] = fit->latency.velocity_s;
+  json["gnss_velocity_latency_std_s"] = std_or_null(fit->latency.velocity_std_s);
+  json["gnss_latency_model_spread_s"] = fit->latency_spread_s;
+  json["gnss_stamp_jitter_s"] = p.jitter_s;
+  json["gnss_std_scale"] = flight.gnss_std_scale * p.sigma_c;
+  json["gnss_std_scale_std"] = nullptr;  // it is the file's word, not a finding
+  json["gnss_white_std_scale"] = flight.gnss_std_scale * p.white_scale;
+  json["gnss_velocity_std_scale"] = flight.gnss_std_scale * p.velocity_scale;
+  json["gnss_velocity_std_scale_std"] = nullptr;
+  json["gnss_correlation_time_s"] = p.tau_c_s;
+  json["gnss_smoothing_time_s"] = p.tau_u_s;
+  json["gnss_velocity_correlated_std_mps"] = p.sigma_s_mps;
+  json["imu_noise_scale"] = flight.imu_noise_scale * p.gyro_scale;
+  json["imu_noise_scale_std"] = nullptr;
+  json["accel_noise_scale"] = p.accel_scale / p.gyro_scale;
+  json["accel_noise_scale_std"] = nullptr;
+}
+
 // What the logs left open, as the run took it; a sigma is null where the value was given.
-void put_parameters(Json& json, const PreparedFlight& flight, const HeadingResult& heading) {
+void put_parameters(Json& json, const PreparedFlight& flight, const HeadingResult& heading, const ReceiverFit* receiver) {
   const FlightParameters& p = heading.parameters;
   const FlightParametersStd& std = heading.parameters_std;
   json["gnss_latency_s"] = flight.latency_s + p.latency_s;
@@ -55,11 +92,12 @@ void put_parameters(Json& json, const PreparedFlight& flight, const HeadingResul
   json["gnss_std_scale_std"] = number_or_null(std.gnss_std_scale, flight.gnss_std_scale);
   json["gnss_velocity_std_scale"] = p.velocity_std_scale;
   json["gnss_velocity_std_scale_std"] = number_or_null(std.velocity_std_scale);
+  put_receiver(json, flight, receiver);
 }
 
 }  // namespace
 
-std::vector<std::string> run_warnings(const PreparedFlight& flight, const HeadingResult& heading) {
+std::vector<std::string> run_warnings(const PreparedFlight& flight, const HeadingResult& heading, const ReceiverFit* receiver) {
   std::vector<std::string> warnings = flight.warnings;
   if (heading.verdict != "aligned") {
     warnings.push_back("the heading is " + heading.verdict + ": " + heading.advice +
@@ -73,8 +111,20 @@ std::vector<std::string> run_warnings(const PreparedFlight& flight, const Headin
                        " times what its noise model says, and the stated sigmas are too small by about as much; raise "
                        "imu.noise_scale, or check gnss.latency_s and the lever arm");
   };
-  mismatch("positions", heading.gate_scales.position);
-  mismatch("velocities", heading.gate_scales.velocity);
+  if (receiver == nullptr) {
+    mismatch("positions", heading.gate_scales.position);
+    mismatch("velocities", heading.gate_scales.velocity);
+    return warnings;
+  }
+  constexpr double kJitter_s = 0.005;
+  if (receiver->parameters.jitter_s > kJitter_s) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the stamps of the fixes jitter by %.0f ms: at 10 m/s that is %.0f cm along the track; it is modelled, and "
+                  "better mended in the logger",
+                  1e3 * receiver->parameters.jitter_s, 1e3 * receiver->parameters.jitter_s);
+    warnings.emplace_back(text);
+  }
   return warnings;
 }
 
@@ -103,7 +153,7 @@ std::string verdict_word(const FixRecord& fix) {
   return "";
 }
 
-std::string alignment_json(const PreparedFlight& flight, const HeadingResult& heading) {
+std::string alignment_json(const PreparedFlight& flight, const HeadingResult& heading, const ReceiverFit* receiver) {
   Json json;
   json["heading_deg"] = heading.heading_rad * kRadToDeg;
   json["heading_std_deg"] = degrees(heading.sigma_rad);
@@ -121,7 +171,7 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
   json["start_reason"] = flight.start_reason;
   json["settled"] = heading.settled;
   json["evaluations"] = heading.evaluations;
-  put_parameters(json, flight, heading);
+  put_parameters(json, flight, heading, receiver);
   json["nis_90"] = heading.nis_90;
   json["gate_scale_position"] = heading.gate_scales.position;
   json["gate_scale_velocity"] = heading.gate_scales.velocity;
@@ -150,7 +200,7 @@ std::string alignment_json(const PreparedFlight& flight, const HeadingResult& he
         JsonObject{{"heading_deg", s.heading_rad * kRadToDeg}, {"density_per_deg", std::exp(-s.cost) * kDegToRad}});
   }
   json["density"] = density;
-  json["warnings"] = run_warnings(flight, heading);
+  json["warnings"] = run_warnings(flight, heading, receiver);
   return dump_json(json) + "\n";
 }
 
@@ -182,15 +232,20 @@ Json summary(const PreparedFlight& flight, const HeadingResult& heading, const S
   json["nis_90"] = solution.score.nis_90();
   json["log_likelihood"] = -solution.score.negative_log_likelihood;
   json["heading_std_initial_deg"] = solution.heading_std_initial_rad * kRadToDeg;
-  put_parameters(json, flight, heading);
+  const ReceiverFit* receiver = solution.receiver ? &*solution.receiver : nullptr;
+  put_parameters(json, flight, heading, receiver);
+  json["gnss_error_model"] = receiver == nullptr ? "white" : "correlated";
   const std::vector<NavRow>& rows = trajectory.sample;
   json["median_std_horizontal_m"] =
       median(rows, [](const NavRow& r) { return std::hypot(r.std_p_n_m[0], r.std_p_n_m[1]); });
   json["median_std_down_m"] = median(rows, [](const NavRow& r) { return r.std_p_n_m[2]; });
+  json["median_relative_std_horizontal_m"] =
+      median(rows, [](const NavRow& r) { return std::hypot(r.relative_std_p_n_m[0], r.relative_std_p_n_m[1]); });
+  json["median_relative_std_down_m"] = median(rows, [](const NavRow& r) { return r.relative_std_p_n_m[2]; });
   json["median_std_roll_deg"] = median(rows, [](const NavRow& r) { return r.std_rpy_rad[0] * kRadToDeg; });
   json["median_std_pitch_deg"] = median(rows, [](const NavRow& r) { return r.std_rpy_rad[1] * kRadToDeg; });
   json["median_std_heading_deg"] = median(rows, [](const NavRow& r) { return r.std_rpy_rad[2] * kRadToDeg; });
-  json["warnings"] = run_warnings(flight, heading);
+  json["warnings"] = run_warnings(flight, heading, receiver);
   return json;
 }
 
@@ -262,7 +317,12 @@ void ResultFiles::finish(const Solution& solution) {
         .write(dump_json(sbet_side_file(flight_, solution.digest, states_heading_std(heading_))) + "\n");
   }
   write_innovations_csv(part("innovations.csv"), solution.fixes);
-  part("alignment.json").write(alignment_json(flight_, heading_));
+  for (const ObservationKind* kind : observation_kinds()) {
+    const std::vector<UpdateRecord> updates = updates_of(*kind, solution.others);
+    if (updates.empty()) continue;
+    write_updates_csv(part(("innovations_" + std::string(kind->name) + ".csv").c_str()), *kind, updates);
+  }
+  part("alignment.json").write(alignment_json(flight_, heading_, solution.receiver ? &*solution.receiver : nullptr));
   part("summary.json").write(summary_json(flight_, heading_, solution));
   part("config.toml").write(dump_config(files_relative_to(folder_, flight_.config)));
   for (auto& [name, file] : files_) file.finish();
@@ -271,7 +331,7 @@ void ResultFiles::finish(const Solution& solution) {
   // What an earlier run left would not belong to these results.
   std::error_code failure;
   for (const char* name : {"trajectory.csv", "trajectory.sbet", "trajectory.smrmsg", "trajectory.sbet.json",
-                           "filtered.csv", "report.html"}) {
+                           "filtered.csv", "innovations_heading.csv", "innovations_barometer.csv", "report.html"}) {
     if (!files_.contains(name)) std::filesystem::remove(std::filesystem::path(folder_) / name, failure);
   }
 }

@@ -15,7 +15,7 @@
 namespace liealign {
 namespace {
 
-constexpr std::size_t kTrajectoryColumns = 19, kBiasColumns = 13;
+constexpr std::size_t kTrajectoryColumns = 22, kBiasColumns = 13;
 constexpr double kRadToArcMinutes = 60.0 * kRadToDeg;
 constexpr double kUnknownHeading_arcmin = 180.0 * 60.0;
 
@@ -55,6 +55,7 @@ void append_csv(std::string& out, const std::vector<CsvColumn>& columns, const N
   put3(&c[13], row.std_v_n_mps);
   put3(&c[16], row.std_rpy_rad, kRadToDeg);
   if (!heading_std) c[18] = std::numeric_limits<double>::quiet_NaN();
+  put3(&c[19], row.relative_std_p_n_m);
   append_csv_row(out, columns, c.data());
 }
 
@@ -103,7 +104,8 @@ std::vector<CsvColumn> trajectory_columns() {
   return {{"time_s", 6},     {"lat_deg", 11},     {"lon_deg", 11},      {"height_m", 5},       {"vn_mps", 6},
           {"ve_mps", 6},     {"vd_mps", 6},       {"roll_deg", 6},      {"pitch_deg", 6},      {"heading_deg", 6},
           {"std_n_m", 5},    {"std_e_m", 5},      {"std_d_m", 5},       {"std_vn_mps", 6},     {"std_ve_mps", 6},
-          {"std_vd_mps", 6}, {"std_roll_deg", 6}, {"std_pitch_deg", 6}, {"std_heading_deg", 6}};
+          {"std_vd_mps", 6}, {"std_roll_deg", 6}, {"std_pitch_deg", 6}, {"std_heading_deg", 6},
+          {"relative_std_n_m", 5}, {"relative_std_e_m", 5}, {"relative_std_d_m", 5}};
 }
 
 std::vector<CsvColumn> bias_columns() {
@@ -149,6 +151,23 @@ void write_innovations_csv(PartFile& file, const std::vector<FixRecord>& fixes) 
     put_update(c + 9, fixes[i].velocity);
   };
   write_csv(file, columns, fixes.size(), fill, {"verdict", [&](std::size_t i) { return verdict_word(fixes[i]); }});
+}
+
+void write_updates_csv(PartFile& file, const ObservationKind& kind, const std::vector<UpdateRecord>& updates) {
+  std::vector<CsvColumn> columns = {{"time_s", 6}};
+  for (const char* what : {"residual_", "std_"}) {
+    for (int i = 1; i <= kind.rows; ++i) columns.push_back({what + std::to_string(i), 8});
+  }
+  columns.push_back({"nis", 4});
+  columns.push_back({"weight", 6});
+  write_csv(file, columns, updates.size(), [&](std::size_t i, double* c) {
+    const FixUpdate& u = updates[i].update;
+    *c++ = updates[i].t_s;
+    for (int row = 0; row < kind.rows; ++row) *c++ = u.residual_n[row];
+    for (int row = 0; row < kind.rows; ++row) *c++ = u.std_n[row];
+    *c++ = u.nis;
+    *c = u.weight;
+  });
 }
 
 Json sbet_side_file(const PreparedFlight& flight, const TrajectoryDigest& trajectory, bool heading_std) {

@@ -65,17 +65,11 @@ StudySensors sense(const StudyCase& study, const Truth& truth, const Drawn& draw
   if (perfect) {
     sensors.imu = truth.imu;
     sensors.b_a = sensors.b_g = std::vector<Vector3d>(truth.imu.size(), Vector3d::Zero());
-    GnssErrors none = study.gnss;
-    none.std_ned_m = none.velocity_std_ned = Vector3d::Zero();
-    none.outlier_probability = 0.0;
-    sensors.gnss = simulate_gnss(truth, none, seed);
-    for (GnssRecord& record : sensors.gnss) {
-      record.P_n_m2 = study.gnss.std_ned_m.cwiseAbs2().asDiagonal();
-      record.std_v_n_mps = study.gnss.velocity_std_ned;
-    }
+    sensors.gnss = simulate_gnss(truth, without_random_errors(study.gnss), seed);
     return sensors;
   }
   ImuErrors errors = imu_errors(study.config, study.imu, seed);
+  vibrate_in_motion(errors, truth);
   if (study.biases == "random_walk") {
     errors.ornstein_uhlenbeck = false;
     errors.b_a_turn_on = drawn.eps.segment<3>(kBa);
@@ -94,7 +88,7 @@ StudyStart drawn_start(const StudyCase& study, const Config& config, const Truth
   if (study.flight.oversample > 1)
     imu = prepare_imu(std::move(imu), ImuSampleKind::mean, Matrix3d::Identity(), config.imu.max_gap_s).samples;
   start.data.samples = std::make_shared<const ImuSeries>(std::move(imu));
-  start.data.l_ba_b = study.gnss.l_ba_b;
+  start.data.l_ba_b = Vector3d(config.gnss.lever_arm_b_m.data());
   for (std::size_t i = 0; i < sensors.gnss.size(); ++i)
     start.data.fixes.push_back(fix_from_record(sensors.gnss[i], i, config,
                                                config.gnss.latency_s.value_or(kUnestimatedLatency_s),
@@ -122,6 +116,7 @@ void check_study(const StudyCase& s) {
   require_word("start", s.start, "aligned", "drawn");
   require_word("biases", s.biases, "ornstein_uhlenbeck", "random_walk");
   require_word("mechanization", s.mechanization, "exact", "paper");
+  require_word("imu.turn_on", s.imu.turn_on, "drawn", "fixed");
   for (const auto& [name, value] : {std::pair{"rate_hz", s.rate_hz}, std::pair{"nees_interval_s", s.nees_interval_s},
                                     std::pair{"position_std_m", s.position_std_m}}) {
     if (!(value > 0.0) || !std::isfinite(value)) refuse(name, value, "a finite number above 0");
@@ -165,7 +160,7 @@ Truth study_truth(const StudyCase& study) {
 StudyRun study_run(const StudyCase& study, const Truth& truth, std::uint64_t seed, bool perfect) {
   check_study(study);
   Config config = study.config;
-  config.gnss.lever_arm_b_m = {study.gnss.l_ba_b.x(), study.gnss.l_ba_b.y(), study.gnss.l_ba_b.z()};
+  type_in(config, study.gnss, perfect ? TypedInErrors{} : study.typed_in, seed);
   StudyRun run;
   const Stopwatch begin;
   Drawn drawn = draw(study, truth.epochs.front().X, seed);

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Concatenate, NamedTuple, ParamSpec
 import numpy as np
 import typer
 
-from liealign._core import DroneFlight, GnssErrors, ImuErrorSizes, InputError
+from liealign._core import DroneFlight, GnssErrors, ImuErrorSizes, InputError, TypedInErrors
 from liealign.cli.flags import keyword, with_parameters
 
 P = ParamSpec("P")
@@ -23,7 +23,7 @@ class Knob(NamedTuple):
     """A flag, the field that it sets and whose it is, and what it may be."""
 
     name: str
-    owner: type[DroneFlight] | type[GnssErrors] | type[ImuErrorSizes]
+    owner: type[DroneFlight] | type[GnssErrors] | type[ImuErrorSizes] | type[TypedInErrors]
     field: str
     shown: str
     unit: str
@@ -43,7 +43,10 @@ class Knob(NamedTuple):
         """Its own default, or else that of the engine, as text."""
         if self.own_default:
             return self.own_default
-        values = np.atleast_1d(np.asarray(getattr(self.owner(), self.field), dtype=np.float64))
+        default = getattr(self.owner(), self.field)
+        if default is None:
+            return "none"
+        values = np.atleast_1d(np.asarray(default, dtype=np.float64))
         return " ".join(f"{value:g}" for value in values)
 
     def as_parameter(self) -> inspect.Parameter:
@@ -75,7 +78,7 @@ class Knob(NamedTuple):
         return values[0] if self.words == 1 else values
 
 
-_D, _G, _I = DroneFlight, GnssErrors, ImuErrorSizes
+_D, _G, _I, _T = DroneFlight, GnssErrors, ImuErrorSizes, TypedInErrors
 KNOBS = (
     Knob("--duration", _D, "duration_s", "S", "s", "Whole flight, parked phases included", 1, 7200),
     Knob("--parked-before", _D, "parked_before_s", "S", "s", "Rest before the take-off", 0, 3600),
@@ -110,15 +113,80 @@ KNOBS = (
         *("--gnss-velocity-std", _G, "velocity_std_ned", "N E D", "m/s"),
         *("Velocity noise north, east, down", 0.001, 100, 3),
     ),
+    Knob(
+        *("--gnss-correlated-std", _G, "correlated_std_ned_m", "N E D", "m"),
+        *("Position error that goes on, north, east, down", 0, 100, 3),
+    ),
+    Knob("--gnss-correlation-time", _G, "correlation_time_s", "S", "s", "For how long it does", 0.01, 1e6),
+    Knob("--gnss-smoothing-time", _G, "smoothing_time_s", "S", "s", "The receiver smooths it over", 0, 1e4),
+    Knob(
+        *("--gnss-velocity-correlated-std", _G, "velocity_correlated_std_ned", "N E D", "m/s"),
+        *("Velocity error that goes on, north, east, down", 0, 100, 3),
+    ),
+    Knob(
+        *("--gnss-velocity-correlation-time", _G, "velocity_correlation_time_s", "S", "s"),
+        *("For how long it does", 0.01, 1e6),
+    ),
+    Knob(
+        *("--gnss-velocity-latency", _G, "velocity_latency_s", "S", "s"),
+        *("Stamps are late by this for the velocity; none: as for the position", -5, 5),
+    ),
+    Knob("--gnss-jitter", _G, "stamp_jitter_s", "S", "s", "Sigma of the true epoch about its stamp", 0, 1),
+    Knob(
+        *("--gnss-arrival-delay", _G, "arrival_delay_s", "S", "s"),
+        *("Stamps are of the arrival: mean and sigma of its delay", 0, 1),
+    ),
+    Knob(
+        *("--gnss-step", _G, "step_ned_m", "N E D", "m"),
+        *("Steps of latitude, longitude and height", 0, 100, 3),
+    ),
+    Knob("--gnss-velocity-step", _G, "velocity_step_mps", "MPS", "m/s", "Steps of the velocity", 0, 10),
+    Knob(
+        *("--gnss-stated-std", _G, "stated_std_ned_m", "N E D", "m"),
+        *("Position sigma that is stated; 0 = the true one", 0, 1000, 3),
+    ),
+    Knob("--gnss-stated-factor", _G, "stated_std_factor", "X", "", "Stated over true sigma", 0.001, 1000),
+    Knob(
+        *("--gnss-velocity-stated-factor", _G, "stated_velocity_std_factor", "X", ""),
+        *("The same of the velocity", 0.001, 1000),
+    ),
+    Knob(
+        *("--gnss-heading-std", _G, "heading_std_deg", "DEG", "deg"),
+        *("Noise of the heading of --gnss-heading", 0.001, 180),
+    ),
     Knob("--outliers", _G, "outlier_probability", "P", "", "Share of fixes that are wrong", 0, 1),
     Knob("--outlier-size", _G, "outlier_m", "M", "m", "By how much those are wrong", 0, 10000),
-    Knob("--accel-bias", _I, "accel_turn_on_ug", "UG", "ug", "Accelerometer bias, each axis", 0, 1e6),
-    Knob("--gyro-bias", _I, "gyro_turn_on_deg_h", "DPH", "deg/h", "Gyro bias, each axis", 0, 1e6),
+    Knob("--accel-bias", _I, "accel_turn_on_ug", "UG", "ug", "Accelerometer bias, sigma on an axis", 0, 1e6),
+    Knob("--gyro-bias", _I, "gyro_turn_on_deg_h", "DPH", "deg/h", "Gyro bias, sigma on an axis", 0, 1e6),
+    Knob("--accel-scale", _I, "accel_scale_ppm", "PPM", "ppm", "Its scale factors, sigma", 0, 1e5),
+    Knob("--gyro-scale", _I, "gyro_scale_ppm", "PPM", "ppm", "Scale factors of the gyros, sigma", 0, 1e5),
+    Knob(
+        *("--accel-misalignment", _I, "accel_misalignment_deg", "DEG", "deg"),
+        *("Turn of its axes about the body's, sigma", 0, 10),
+    ),
+    Knob(
+        *("--gyro-misalignment", _I, "gyro_misalignment_deg", "DEG", "deg"),
+        *("The same of the gyros, sigma", 0, 10),
+    ),
+    Knob(
+        *("--accel-vibration", _I, "accel_vibration_mps2", "X Y Z", "m/s^2"),
+        *("Vibration in the force, sigma", 0, 1000, 3),
+    ),
+    Knob(
+        *("--gyro-vibration", _I, "gyro_vibration_deg_s", "X Y Z", "deg/s"),
+        *("Vibration in the rate, sigma", 0, 1000, 3),
+    ),
+    Knob(
+        *("--vibration-time", _I, "vibration_correlation_time_s", "S", "s"),
+        *("How long it remembers", 1e-5, 10),
+    ),
     Knob("--noise-scale", _I, "noise_scale", "X", "", "IMU noise over that of the profile", 0, 1000),
     Knob(
         *("--lever-arm", _G, "l_ba_b", "X Y Z", "m", "IMU to antenna: forward, right, down"),
         *(-100, 100, 3, LEVER_ARM),
     ),
+    Knob("--lever-arm-std", _T, "lever_arm_std_m", "M", "m", "FLIGHT.toml's is off, each axis", 0, 10),
+    Knob("--gnss-latency-std", _T, "latency_std_s", "S", "s", "FLIGHT.toml's is off", 0, 5),
 )
 
 

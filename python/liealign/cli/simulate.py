@@ -12,7 +12,16 @@ import typer
 
 import liealign
 from liealign import _core, console
-from liealign._core import Config, DroneFlight, Error, GnssErrors, ImuErrorSizes, InputError, SimulatedFlight
+from liealign._core import (
+    Config,
+    DroneFlight,
+    Error,
+    GnssErrors,
+    ImuErrorSizes,
+    InputError,
+    SimulatedFlight,
+    TypedInErrors,
+)
 from liealign.cli.knobs import KNOBS, fields_of, in_flags, takes_knobs
 from liealign.cli.run import Quiet
 from liealign.cli.work import check_folder, exit_codes, run_to_folder
@@ -46,6 +55,14 @@ def check_target(folder: Path) -> None:
         )
 
 
+class Sensors(NamedTuple):
+    """What is simulated along a motion."""
+
+    gnss: GnssErrors
+    imu: ImuErrorSizes
+    typed_in: TypedInErrors
+
+
 class Motion(NamedTuple):
     """What is flown, how long, sampled how often, and the flags that say so."""
 
@@ -53,7 +70,7 @@ class Motion(NamedTuple):
     duration_s: float
     rate_hz: float
     said_by: str
-    with_sensors: Callable[[GnssErrors, Config, int, ImuErrorSizes], SimulatedFlight]
+    with_sensors: Callable[[Sensors, Config, int], SimulatedFlight]
 
 
 def of_drone(drone: DroneFlight) -> Motion:
@@ -63,7 +80,9 @@ def of_drone(drone: DroneFlight) -> Motion:
         drone.duration_s,
         drone.rate_hz,
         f"--duration {drone.duration_s:g}",
-        lambda gnss, config, seed, imu: liealign.simulate_flight(drone, gnss, config, seed, imu),
+        lambda sensors, config, seed: liealign.simulate_flight(
+            drone, sensors.gnss, config, seed, sensors.imu, sensors.typed_in
+        ),
     )
 
 
@@ -82,16 +101,15 @@ def along(file: Path, rate_hz: float) -> Motion:
         end - begin,
         rate_hz,
         f"--trajectory {file} of {end - begin:.0f} s",
-        lambda gnss, config, seed, imu: liealign.simulate_along(
-            track, gnss=gnss, config=config, seed=seed, imu=imu, rate_hz=rate_hz
+        lambda sensors, config, seed: liealign.simulate_along(
+            track, config=config, seed=seed, rate_hz=rate_hz, **sensors._asdict()
         ),
     )
 
 
 def make_flight(
     motion: Motion,
-    gnss: GnssErrors,
-    imu: ImuErrorSizes,
+    sensors: Sensors,
     overrides: dict[str, Any],
     seed: int,
     folder: Path,
@@ -105,7 +123,7 @@ def make_flight(
         When they do not make a flight; the message names the flags for the fields.
     """
     try:
-        simulated = motion.with_sensors(gnss, make_config(overrides), seed, imu)
+        simulated = motion.with_sensors(sensors, make_config(overrides), seed)
         if span_s is not None:
             begin, end = (motion.begin_s + t for t in span_s)
             simulated = simulated.between(begin, end)
@@ -147,6 +165,17 @@ def simulate(
     ],
     gnss_velocity: Annotated[
         bool, typer.Option("--gnss-velocity", help="Write the velocity of the fixes as well.")
+    ] = False,
+    gnss_heading: Annotated[
+        bool, typer.Option("--gnss-heading", help="Write the heading of a second antenna as well.")
+    ] = False,
+    fixed_biases: Annotated[
+        bool,
+        typer.Option(
+            "--fixed-biases",
+            help="Biases, scale factors and misalignments have just their size, with a sign by the seed, "
+            "instead of being drawn.",
+        ),
     ] = False,
     imu_model: Annotated[
         str, typer.Option("--imu-model", metavar="NAME", help="Noise profile; liealign imus lists them.")
@@ -195,15 +224,16 @@ def simulate(
         else:
             _check_alone(trajectory, output, {"kind": kind, "gentle": gentle or None, **texts})
             motion = along(trajectory, fields_of(DroneFlight, texts).get("rate_hz", DroneFlight().rate_hz))
-        gnss = GnssErrors(**fields_of(GnssErrors, texts), velocity=gnss_velocity)
+        gnss = GnssErrors(**fields_of(GnssErrors, texts), velocity=gnss_velocity, heading=gnss_heading)
         _check_size(motion)
         check_target(output)
         # A latency that is known is given: the run is to find the heading, not to be led astray.
         latency = {"gnss.latency_s": gnss.latency_s} if gnss.latency_s else {}
-        imu = ImuErrorSizes(**fields_of(ImuErrorSizes, texts))
+        imu = ImuErrorSizes(**fields_of(ImuErrorSizes, texts), turn_on="fixed" if fixed_biases else "drawn")
+        sensors = Sensors(gnss, imu, TypedInErrors(**fields_of(TypedInErrors, texts)))
         keys = {"imu.model": _model(imu_model), **latency}
         span = _span(begin, end, motion.duration_s)
-        simulated = make_flight(motion, gnss, imu, keys, number, output, span)
+        simulated = make_flight(motion, sensors, keys, number, output, span)
         if quiet:
             return
         samples, fixes = (len(log["time_s"]) for log in (simulated.flight.imu(), simulated.flight.gnss()))
@@ -225,8 +255,7 @@ def demo(
         check_target(output)
         simulated = make_flight(
             of_drone(DroneFlight()),
-            GnssErrors(**fields_of(GnssErrors, {})),
-            ImuErrorSizes(),
+            Sensors(GnssErrors(**fields_of(GnssErrors, {})), ImuErrorSizes(), TypedInErrors()),
             {"imu.model": "adis16495", "output.filtered": True},
             1,
             output,

@@ -308,6 +308,8 @@ def _run(page: Page, review: Review) -> None:
         (name, str(review.config.get(key) or "from arrays"))
         for name, key in (("IMU log", "imu.file"), ("GNSS log", "gnss.file"), ("IMU profile", "imu.model"))
     ]
+    if review.config.get("baro.file"):
+        inputs.insert(2, ("Barometer log", str(review.config["baro.file"])))
     page.section(
         "run",
         "Run and configuration",

@@ -2,7 +2,7 @@
 
 Sections: `[study]`, `[flight]` (fields of `DroneFlight` that all scenarios share), `[scenario.NAME]` (the
 same, of one; or `trajectory`, a file that is flown instead), `[errors.gnss]` (`GnssErrors`), `[errors.imu]`
-(`ImuErrorSizes`), and those of FLIGHT.toml for the filters.
+(`ImuErrorSizes`), `[errors.typed_in]` (`TypedInErrors`), and those of FLIGHT.toml for the filters.
 """
 
 from __future__ import annotations
@@ -31,11 +31,13 @@ RUNS = 100
 _SEEDS_APART = 1_000_000
 
 # Fields of StudyCase that are sections of their own.
-_PARTS = ("flight", "gnss", "imu", "config")
+_PARTS = ("flight", "gnss", "imu", "typed_in", "config")
 
 # Keys of FLIGHT.toml that say something of logs and of results, which a study has not, and what to do.
 _NOT_HERE = {
-    **dict.fromkeys(("imu.file", "gnss.file", "gnss.week"), "a study reads no logs; drop the key"),
+    **dict.fromkeys(
+        ("imu.file", "gnss.file", "gnss.week", "baro.file"), "a study reads no logs; drop the key"
+    ),
     **dict.fromkeys(
         ("imu.sample", "imu.gyro_unit", "imu.accel_unit", "imu.axes", "imu.mounting_rpy_deg"),
         "simulated samples are means in SI along the body axes; drop the key",
@@ -80,7 +82,7 @@ class Study:
             `STUDY.toml:line:column: ...` for a key or value that cannot be used.
         """
         case = StudyCase()
-        drone, gnss, imu = case.flight, case.gnss, case.imu
+        drone, errors = case.flight, {"gnss": case.gnss, "imu": case.imu, "typed_in": case.typed_in}
         engine: list[Entry] = []
         for key, value, line, column in self.entries:
             place = _Place(self.source, key, value, line, column)
@@ -89,28 +91,30 @@ class Study:
             if section == "study":
                 if name != "runs":
                     _set(case, name, place, without=_PARTS)
-            elif section == "errors.gnss":
-                _set(gnss, name, place)
-            elif section == "errors.imu":
-                _set(imu, name, place)
+            elif first == "errors" and section.removeprefix("errors.") in errors:
+                _set(errors[section.removeprefix("errors.")], name, place)
             elif section == "flight" or (first == "scenario" and section.count(".") == 1):
                 if section in ("flight", f"scenario.{scenario}") and not self._is_track(section, name, place):
                     _set(drone, name, place)
             elif first in ("scenario", "errors"):
                 raise ConfigError(
-                    place.refused("the sections [errors.gnss], [errors.imu] and [scenario.NAME]")
+                    place.refused(
+                        "the sections [errors.gnss], [errors.imu], [errors.typed_in] and [scenario.NAME]"
+                    )
                 )
             elif key in _NOT_HERE or first == "output":
                 why = _NOT_HERE.get(key, "a study writes no trajectories; drop the key")
                 raise ConfigError(f"{place.where()}{key} does not belong to a study: {why}")
             else:
                 engine.append((key, value, line, column))
-        case.flight, case.gnss, case.imu = drone, gnss, imu
+        case.flight = drone
+        for part, sizes in errors.items():
+            setattr(case, part, sizes)
         if track := self.tracks.get(scenario):
             case.set_track(track.time_s, track.lat_deg, track.lon_deg, track.height_m, track.rpy_deg)
         case.seed += _SEEDS_APART * self.scenarios.index(scenario)
         # Given, unless STUDY.toml has another word, so that nothing is searched but the heading.
-        given = {"gnss.latency_s": gnss.latency_s, "imu.noise_scale": 1.0, "gnss.std_scale": 1.0}
+        given = {"gnss.latency_s": case.gnss.latency_s, "imu.noise_scale": 1.0, "gnss.std_scale": 1.0}
         case.config = _core.apply_config(make_config(given), engine, self.source)
         self._check(case, scenario)
         return case
@@ -134,7 +138,7 @@ class Study:
             places = (
                 _Place(self.source, key, value, line, column)
                 for key, value, line, column in self.entries
-                if key == f"study.{words[0]}"
+                if key in (f"study.{words[0]}", f"errors.{words[0]}")
             )
             where = next((place.where() for place in places), f"{self.source}: " if self.source else "")
             raise ConfigError(f"{where}scenario {scenario}: {error}") from None

@@ -129,14 +129,12 @@ struct Ekf {
     }
   }
 
-  // Components [first, first + count) of the tail start anew, with this covariance and nothing to do with the past.
-  template <typename Block>
-  void redraw_tail(Belief<Model>& belief, int first, int count, const Block& variance) const {
-    if constexpr (Model::kTailDim > 0) {
-      belief.X.second.x.segment(kBias + first, count).setZero();
-      belief.P.middleRows(kTail + first, count).setZero();
-      belief.P.middleCols(kTail + first, count).setZero();
-      belief.P.block(kTail + first, kTail + first, count, count) = variance;
+  // Components [first, first + count) of the tail forget what they were: zero, certain, and nothing to do with the rest.
+  static void forget_tail(Belief<Model>& belief, int first, int count) {
+    for (int i = first; i < first + count; ++i) {
+      belief.X.second.x[kBias + i] = Scalar(0);
+      belief.P.row(kTail + i).setZero();
+      belief.P.col(kTail + i).setZero();
     }
   }
 

@@ -123,9 +123,11 @@ bool redraw_for(const Observation& o, const Ekf<Model>& ekf, const FilterOptions
     };
     if (o.new_datum) {
       const SquareMatrix<double, kLongTail> prior = tail_prior(options.tail);
-      ekf.redraw_tail(belief, kTailC, 3, prior.block<3, 3>(kTailC, kTailC));
+      ekf.forget_tail(belief, kTailC, 3);
+      belief.P.template block<3, 3>(kTail + kTailC, kTail + kTailC) = prior.block<3, 3>(kTailC, kTailC);
       if constexpr (Model::kTailDim == kLongTail) {
-        ekf.redraw_tail(belief, kTailU, 3, prior.block<3, 3>(kTailU, kTailU));
+        ekf.forget_tail(belief, kTailU, 3);
+        belief.P.template block<3, 3>(kTail + kTailU, kTail + kTailU) = prior.block<3, 3>(kTailU, kTailU);
         belief.P.template block<3, 3>(kTail + kTailC, kTail + kTailU) = prior.block<3, 3>(kTailC, kTailU);
         belief.P.template block<3, 3>(kTail + kTailU, kTail + kTailC) = prior.block<3, 3>(kTailU, kTailC);
       }
@@ -135,7 +137,8 @@ bool redraw_for(const Observation& o, const Ekf<Model>& ekf, const FilterOptions
     // A message that is overtaken by the next one, as when velocities come late, keeps its jitter in R.
     if (memory.message != ObservationMemory::kNone && o.record < memory.message) return false;
     memory.message = o.record;
-    ekf.redraw_tail(belief, kTailJitter, 1, SquareMatrix<double, 1>(options.tail.jitter_s * options.tail.jitter_s));
+    ekf.forget_tail(belief, kTailJitter, 1);
+    belief.P(kTail + kTailJitter, kTail + kTailJitter) = options.tail.jitter_s * options.tail.jitter_s;
     note(Kind::jitter_redrawn);
     return true;
   }

@@ -28,6 +28,7 @@ template <typename Scalar>
 struct NavBelief {
   NavState<Scalar> X;
   Matrix3<Scalar> P_phi, P_nu, P_rho, P_relative;
+  Vector3<Scalar> c;  // of the tail
 };
 
 // The same with all covariances of the vehicle, and those with the receiver's error.
@@ -74,6 +75,7 @@ class InsideInterval {
   struct ErrorColumns {
     NavRows<Scalar, 3> P, M, M_transposed, Lambda;  // with (phi, nu, rho); M_transposed: M of (c, nav), transposed
     Eigen::Matrix<Scalar, 6, 3> P_b, M_b;
+    Vector3<Scalar> mean, lambda;
   };
   struct ErrorBlocks {
     Matrix3<Scalar> P, M, Lambda;
@@ -82,7 +84,8 @@ class InsideInterval {
   void add_error(const SampleLanes& samples, Inside& in) const;
   template <int tail>
   void set_error(const SquareMatrix<double, kTail + tail>& P, const SquareMatrix<double, kTail + tail>& M,
-                 const SquareMatrix<double, kTail + tail>& Lambda);
+                 const SquareMatrix<double, kTail + tail>& Lambda, const Vector<double, kTail + tail>& mean,
+                 const Vector<double, kTail + tail>& lambda);
 
   bool smoothed_, covariance_reset_, has_error_ = false;
   TailModel tail_;

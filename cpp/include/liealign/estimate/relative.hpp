@@ -11,11 +11,12 @@
 
 namespace liealign {
 
-// c beside the navigation error: its covariance with (phi, nu, rho), and its own.
+// c beside the navigation error: what it is, its covariance with (phi, nu, rho), and its own.
 template <typename Scalar>
 struct ErrorCorrelation {
   NavRows<Scalar, 3> G;
   Matrix3<Scalar> V;
+  Vector3<Scalar> c;
 };
 
 // (Eq. 83) of a point whose covariances these are.
@@ -29,12 +30,13 @@ Matrix3<Scalar> relative_covariance(const Matrix3<Scalar>& P_rho, const Matrix3<
 template <int tail>
 ErrorCorrelation<double> error_correlation(const Belief<LieModel<double, tail>>& belief) {
   if constexpr (tail == 0) {
-    return {{Matrix3d::Zero(), Matrix3d::Zero(), Matrix3d::Zero()}, Matrix3d::Zero()};
+    return {{Matrix3d::Zero(), Matrix3d::Zero(), Matrix3d::Zero()}, Matrix3d::Zero(), Vector3d::Zero()};
   } else {
     constexpr int c = kTail + kTailC;
     return {{belief.P.template block<3, 3>(kPhi, c), belief.P.template block<3, 3>(kNu, c),
              belief.P.template block<3, 3>(kRho, c)},
-            belief.P.template block<3, 3>(c, c)};
+            belief.P.template block<3, 3>(c, c),
+            belief.X.second.x.template segment<3>(6 + kTailC)};
   }
 }
 

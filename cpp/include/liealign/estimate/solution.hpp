@@ -14,13 +14,14 @@ struct Epoch {
   NavState<double> X;
   Matrix3d P_phi = Matrix3d::Zero(), P_nu = P_phi, P_rho = P_phi;      // rad^2, (m/s)^2, m^2
   Matrix3d P_relative = Matrix3d::Zero();                              // m^2, of the position in the receiver's datum, (Eq. 83)
+  Vector3d receiver_error_e = Vector3d::Zero();  // K c: p + K c is the position in the receiver's datum; ECEF, m
   Vector3d variance_b_a = Vector3d::Zero(), variance_b_g = variance_b_a;  // (m/s^2)^2, (rad/s)^2
 };
 
 Epoch epoch_of(double t_s, const NodeBelief& b);
 
 // Of lane i.
-Epoch epoch_of(double t_s, const NavBelief<Lanes>& b, int i, const SquareMatrix<double, 6>& P_bb);
+Epoch epoch_of(double t_s, const NavBelief<Lanes>& b, int i, const InsideInterval& inside);
 
 // An epoch in the terms of the output: geodetic, NED, Euler angles, one sigma. Angles in rad, lengths in m.
 struct NavRow {

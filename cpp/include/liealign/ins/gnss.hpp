@@ -20,6 +20,9 @@ struct GnssRecord {
   Vector3d v_n_mps = Vector3d::Zero();  // NED
   bool has_velocity_std = false;
   Vector3d std_v_n_mps = Vector3d::Zero();  // NED
+  bool has_heading = false;
+  double heading_rad = 0.0;
+  double std_heading_rad = 0.0;
   int fix = -1;          // RTKLIB's Q (0 none, 1 fixed, 2 float, ...); -1 when the file has no such column
   std::size_t line = 0;  // line in the file, for messages
 };

@@ -1,4 +1,4 @@
-// CSV: the native input imu.csv and gnss.csv, a reader of named numeric columns, and a writer of tables.
+// CSV: the native input imu.csv, gnss.csv and baro.csv, a reader of named numeric columns, and a writer of tables.
 // Read: UTF-8 with or without BOM, LF or CRLF; blank lines and lines that start with '#' are skipped; a header of
 // names in any order, other columns are ignored; decimal points.
 // SPDX-License-Identifier: Apache-2.0
@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "liealign/ins/baro.hpp"
 #include "liealign/ins/gnss.hpp"
 #include "liealign/ins/imu.hpp"
 #include "liealign/io/text_file.hpp"
@@ -19,17 +20,21 @@
 namespace liealign {
 
 // ---- The native files -----------------------------------------------------------------------------------------------
-// Both readers throw InputError `path:line:column: text` (column: the cell, counted from 1) for the first thing they
-// cannot use; both require times that do not go back. A row that repeats the one before exactly is dropped, and one
+// The readers throw InputError `path:line:column: text` (column: the cell, counted from 1) for the first thing they
+// cannot use; they require times that do not go back. A row that repeats the one before exactly is dropped, and one
 // warning says how many were.
 
 // time_s,gyro_x_rps,gyro_y_rps,gyro_z_rps,accel_x_mps2,accel_y_mps2,accel_z_mps2. At least one sample.
 ImuSeries read_imu_csv(const std::string& path, std::vector<std::string>& warnings);
 
 // time_s,lat_deg,lon_deg,height_m,std_n_m,std_e_m,std_d_m and optionally cov_ne_m2,cov_nd_m2,cov_ed_m2;
-// vn_mps,ve_mps,vd_mps; with them std_vn_mps,std_ve_mps,std_vd_mps; fix. A group of three comes whole or not at all,
-// in the header and, by empty cells, in each row. Longitude is brought to [-180, 180) deg. At least one record.
+// vn_mps,ve_mps,vd_mps; with them std_vn_mps,std_ve_mps,std_vd_mps; fix; heading_deg,std_heading_deg. A group comes
+// whole or not at all, in the header and, by empty cells, in each row. Longitude is brought to [-180, 180) deg, the
+// heading to [0, 360) deg. At least one record.
 std::vector<GnssRecord> read_gnss_csv(const std::string& path, std::vector<std::string>& warnings);
+
+// time_s,height_m and optionally std_m, whose cells may be empty. At least one record.
+std::vector<BaroRecord> read_baro_csv(const std::string& path, std::vector<std::string>& warnings);
 
 // ---- Reading named columns ------------------------------------------------------------------------------------------
 

@@ -68,7 +68,7 @@ struct Observation {
   const ObservationKind* kind = nullptr;
   std::size_t record = 0;              // of the log it came from; of one message where several kinds share it
   Vector3d y = Vector3d::Zero();       // as measured, in the units of the kind
-  Matrix3d R = Matrix3d::Zero();       // covariance of its white part
+  Matrix3d R = Matrix3d::Zero();       // covariance of its white part, that of its rounding in it
   Matrix3d root = Matrix3d::Zero();    // what a correlated error is multiplied by: for positions C_n_e times the root of the
                                        // covariance that the file states, for velocities C_n_e; of zero rates what is
                                        // added to their noise, rad/s

@@ -38,15 +38,25 @@ struct GnssConfig {
   std::optional<int> week;                          // GPS week of time_s = 0; nullopt = not known, or from the .pos
   std::array<double, 3> lever_arm_b_m = {0, 0, 0};  // IMU to antenna, body axes
   std::optional<double> latency_s;                  // nullopt = "auto"; t_true = time_s - latency_s
+  std::optional<double> velocity_latency_s;         // of the velocity columns; nullopt = "auto"
+  std::string error_model = "auto";                 // auto | white | correlated; auto is correlated
   std::optional<double> std_scale;                  // nullopt = "auto"
   double std_floor_m = 0.005;                       // no position std below this
   bool use_velocity = true;                         // when the file has velocity columns
   double velocity_std_mps = 0.1;                    // when the file has no velocity std columns
   double velocity_std_floor_mps = 0.02;
+  double heading_offset_deg = 0.0;  // direction of the dual antenna's baseline in the body, clockwise from forward
   std::vector<int> accept_fix = {1, 2, 3, 4, 5, 6};  // RTKLIB's Q; used when the file has a fix column
   std::string outlier = "weight";                    // weight | reject | off
   double outlier_probability = 0.999;                // a good fix passes the chi-square test with this probability
   int reacquire_after = 5;                           // fixes beyond the threshold in a row before the filter yields
+};
+
+struct BaroConfig {
+  std::string file;          // native baro.csv; "" = no barometer
+  double std_m = 0.5;        // white noise of a height, when the file has no std column
+  double bias_std_m = 10.0;  // standard deviation of its drifting bias
+  double bias_correlation_time_s = 600.0;
 };
 
 struct AlignConfig {
@@ -100,6 +110,7 @@ struct OutputConfig {
 struct Config {
   ImuConfig imu;
   GnssConfig gnss;
+  BaroConfig baro;
   AlignConfig align;
   RestConfig rest;
   InitialConfig initial;

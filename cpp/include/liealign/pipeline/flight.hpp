@@ -8,6 +8,7 @@
 #include "liealign/align/candidates.hpp"
 #include "liealign/align/coarse.hpp"
 #include "liealign/align/heading_search.hpp"
+#include "liealign/ins/baro.hpp"
 #include "liealign/ins/prepare_imu.hpp"
 #include "liealign/pipeline/config.hpp"
 
@@ -18,10 +19,11 @@ struct Flight {
   ImuSeries imu;                 // as logged
   std::vector<GnssRecord> gnss;  // as logged
   std::vector<std::string> warnings;
+  std::vector<BaroRecord> baro = {};  // as logged; empty without baro.file
 };
 
-// Reads imu.file and gnss.file. Throws InputError (file:line:column) or ConfigError when a file is not named or the std
-// of a heading guess is given without the guess.
+// Reads imu.file, gnss.file and, where given, baro.file. Throws InputError (file:line:column) or ConfigError when a file
+// is not named or the std of a heading guess is given without the guess.
 Flight read_flight(const Config& config);
 
 // A record, number `index` of its log, as a fix: ECEF, on true time, with its std scaled and not below the floors of [gnss].
@@ -49,6 +51,8 @@ struct PreparedFlight {
   std::string start_reason;      // why, one sentence
   CoarseAlignment coarse;
   std::vector<std::string> warnings;
+  std::vector<GnssRecord> gnss;  // as logged
+  std::vector<BaroRecord> baro;  // likewise
 };
 
 // Throws InputError when IMU and GNSS do not overlap or a start at rest is wanted where there is none, ConfigError as above.

@@ -9,6 +9,7 @@
 
 #include "liealign/align/heading_search.hpp"
 #include "liealign/core/progress.hpp"
+#include "liealign/align/receiver_fit.hpp"
 #include "liealign/estimate/score.hpp"
 #include "liealign/estimate/solution.hpp"
 #include "liealign/pipeline/flight.hpp"
@@ -62,27 +63,39 @@ struct Solution {
   // Of the IMU, where something was observed, after the updates there; empty unless asked for.
   std::vector<Epoch> filtered_at_events, smoothed_at_events;
   Score<double> score;  // of the forward pass
+  std::optional<ReceiverFit> receiver;  // with the latencies of the whole flight; where its errors are modelled
   double heading_std_initial_rad = 0.0;
 };
 
 // Where the final run begins, and with what options.
 struct RunStart {
   FlightData data;
-  FilterOptions filter;
+  FilterOptions filter;  // its tail says how long that of the run is
   Belief<LieModel<double>> belief;
   ImuCursor cursor;
   double heading_std_rad = 0.0;
+  std::optional<ReceiverFit> receiver;
+  double wide_position_std_m = 0.0;
 };
 
 // From psi* of the alignment. The heading's initial standard deviation is at least five times the alignment's, so that the
 // flight, which the alignment has already used, is not counted twice (its share in the posterior information is below 4 % up to
 // a sigma of 4 deg; the first order of the error allows 20 deg at most); a typed-in prior with a smaller one is kept.
-RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading);
+// Where the receiver's errors are modelled they are found here, and the noise of the IMU with them.
+RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {});
+
+// The same from a belief that holds at `cursor`.
+RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Belief<LieModel<double>>& belief,
+                   const ImuCursor& cursor, const Progress& progress = {});
 
 // Filter and smoother from run_start().
 // Throws InputError when output.start_time_s and stop_time_s leave no epoch.
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress = {},
                  bool keep_events = false);
+
+// The same from another start.
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& start,
+                 const Progress& progress = {}, bool keep_events = false);
 
 // Hands a trajectory that is held in memory to a sink.
 void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink);
@@ -90,5 +103,8 @@ void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink);
 // process() with the trajectories handed on as they are made: memory does not grow with their length.
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
                  const EpochSink& filtered, const Progress& progress = {}, bool keep_events = false);
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& start,
+                 const EpochSink& smoothed, const EpochSink& filtered, const Progress& progress = {},
+                 bool keep_events = false);
 
 }  // namespace liealign

@@ -13,14 +13,16 @@
 namespace liealign {
 
 // What a user should know: the flight's warnings, and how far the fixes disagree with the noise model.
-std::vector<std::string> run_warnings(const PreparedFlight& flight, const HeadingResult& heading);
+std::vector<std::string> run_warnings(const PreparedFlight& flight, const HeadingResult& heading,
+                                      const ReceiverFit* receiver = nullptr);
 
 // The word of innovations.csv for what became of a GNSS record.
 std::string verdict_word(const FixRecord& fix);
 
 // alignment.json: heading at start_time_s, its sigma and interval, verdict, modes, curve, latency and scales. Keys of
-// estimates that were not made are null.
-std::string alignment_json(const PreparedFlight& flight, const HeadingResult& heading);
+// estimates that were not made are null. `receiver`: what the final run found of latencies and noise, where there was one.
+std::string alignment_json(const PreparedFlight& flight, const HeadingResult& heading,
+                           const ReceiverFit* receiver = nullptr);
 
 // summary.json: one number per key, units in the keys; as a tree and as its text.
 Json summary(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution);

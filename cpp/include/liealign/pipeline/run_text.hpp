@@ -15,7 +15,8 @@ struct TextLine {
 };
 
 // The heading, its sigma, its time and verdict, and the warnings.
-std::vector<TextLine> alignment_text(const PreparedFlight& flight, const HeadingResult& heading);
+std::vector<TextLine> alignment_text(const PreparedFlight& flight, const HeadingResult& heading,
+                                     const ReceiverFit* receiver = nullptr);
 
 // The same, what became of the fixes, how good the trajectory is, and where it is.
 std::vector<TextLine> run_text(const PreparedFlight& flight, const HeadingResult& heading, const Solution& solution,

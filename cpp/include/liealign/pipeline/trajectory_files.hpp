@@ -37,6 +37,9 @@ void append_epochs(TrajectoryPart& part, const TrajectoryText& wanted, const Pre
 // innovations.csv.
 void write_innovations_csv(PartFile& file, const std::vector<FixRecord>& fixes);
 
+// innovations_<kind>.csv, of one other kind: residual and sigma of each of its rows in its own units, NIS and weight.
+void write_updates_csv(PartFile& file, const ObservationKind& kind, const std::vector<UpdateRecord>& updates);
+
 // trajectory.sbet.json: week, time scale, datum, frame, reference point.
 Json sbet_side_file(const PreparedFlight& flight, const TrajectoryDigest& trajectory, bool heading_std);
 

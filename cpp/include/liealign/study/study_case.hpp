@@ -18,7 +18,8 @@ struct StudyCase {
   std::vector<TrackPoint> track;  // flown instead, at the rate and oversample of `flight`, when there are any
   GnssErrors gnss;
   ImuErrorSizes imu;
-  Config config;  // noise profile, P_0, filter; the lever arm is that of gnss
+  TypedInErrors typed_in;  // drawn anew in each run
+  Config config;           // noise profile, P_0, filter; the lever arm is that of gnss, as it is typed in
   std::vector<std::string> models = {"lie", "mekf", "euler"};  // filter.model of each filter
   // aligned: levelled at rest, the heading from the alignment, zero-velocity and zero-rate updates while parked;
   // drawn: X_true = X_hat exp(eps) at the first sample, eps ~ N(0, P_0), fixes alone.

@@ -1,0 +1,321 @@
+// Maximum likelihood of a receiver's errors, (Eq. 84).
+// SPDX-License-Identifier: Apache-2.0
+#include "liealign/align/receiver_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <utility>
+
+#include "liealign/align/quasi_newton.hpp"
+#include "liealign/core/error.hpp"
+#include "liealign/estimate/score.hpp"
+#include "liealign/observe/kinds.hpp"
+
+namespace liealign {
+namespace {
+
+// One parameter: its prior, and where it stands in ReceiverParameters.
+struct Coordinate {
+  LogNormal ReceiverPrior::*prior;
+  double ReceiverParameters::*value;
+};
+constexpr Coordinate kCoordinates[] = {
+    {&ReceiverPrior::tau_c_s, &ReceiverParameters::tau_c_s},
+    {&ReceiverPrior::tau_u_s, &ReceiverParameters::tau_u_s},
+    {&ReceiverPrior::white_scale, &ReceiverParameters::white_scale},
+    {&ReceiverPrior::velocity_scale, &ReceiverParameters::velocity_scale},
+    {&ReceiverPrior::sigma_s_mps, &ReceiverParameters::sigma_s_mps},
+    {&ReceiverPrior::tau_s_s, &ReceiverParameters::tau_s_s},
+    {&ReceiverPrior::jitter_s, &ReceiverParameters::jitter_s},
+    {&ReceiverPrior::gyro_scale, &ReceiverParameters::gyro_scale},
+    {&ReceiverPrior::accel_scale, &ReceiverParameters::accel_scale},
+};
+
+// theta at the medians of its prior.
+ReceiverParameters medians(const ReceiverPrior& prior) {
+  ReceiverParameters theta;
+  theta.sigma_c = prior.sigma_c;
+  for (const Coordinate& c : kCoordinates) theta.*c.value = (prior.*c.prior).median;
+  return theta;
+}
+
+// The free parameters as one vector of logarithms, and back.
+struct Chart {
+  const ReceiverPrior& prior;
+  std::vector<Coordinate> free;
+
+  explicit Chart(const ReceiverPrior& of) : prior(of) {
+    for (const Coordinate& c : kCoordinates) {
+      if ((prior.*c.prior).is_free()) free.push_back(c);
+    }
+  }
+  Eigen::VectorXd vector(const ReceiverParameters& theta) const {
+    Eigen::VectorXd x(static_cast<Eigen::Index>(free.size()));
+    for (std::size_t i = 0; i < free.size(); ++i) x[static_cast<Eigen::Index>(i)] = std::log(theta.*free[i].value);
+    return x;
+  }
+  ReceiverParameters parameters(const Eigen::VectorXd& x) const {
+    ReceiverParameters theta = medians(prior);
+    for (std::size_t i = 0; i < free.size(); ++i) theta.*free[i].value = std::exp(x[static_cast<Eigen::Index>(i)]);
+    return theta;
+  }
+  double prior_cost(const Eigen::VectorXd& x) const {
+    double cost = 0.0;
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      const LogNormal& p = prior.*free[i].prior;
+      const double off = (x[static_cast<Eigen::Index>(i)] - std::log(p.median)) / p.log_std;
+      cost += 0.5 * off * off;
+    }
+    return cost;
+  }
+};
+
+struct ScoreVisitor {
+  Score<double> score;
+  const FilterOptions& options;
+
+  static constexpr bool keeps_changes = false;
+  template <typename... Any>
+  void before(const Any&...) {}
+  template <typename... Any>
+  void after(const Any&...) {}
+  template <typename... Any>
+  void node(const Any&...) {}
+  void updated(const Observation& o, const Innovation<double>& i) { score.add(options, o, i); }
+};
+
+// Passes over the part of the flight that theta is found from, over intervals that are cut once for its latencies.
+template <int tail>
+class FitPasses {
+ public:
+  using Model = LieModel<double, tail>;
+
+  FitPasses(const ReceiverProblem& problem, const SampleBlocks& blocks, const ReceiverLatency& latency)
+      : problem_(problem), latency_(latency) {
+    std::vector<double> stops = {problem.cursor.t_s};
+    for (const Observation& o : with_receiver(problem, medians(problem.prior), latency).observations) {
+      if (o.t_s > problem.cursor.t_s && o.t_s <= problem.fit_end_s) stops.push_back(o.t_s);
+    }
+    series_ = preintegrate(problem.data.imu(), blocks, stops);
+  }
+
+  struct Pass {
+    double cost;
+    Belief<Model> end;
+  };
+  Pass run(const ReceiverParameters& theta) const {
+    const FlightData data = with_receiver(problem_, theta, latency_);
+    FilterOptions options = with_receiver(problem_, theta);
+    // Bounded, never rejected: what a gate throws out says nothing, and then throwing out is the best fit.
+    constexpr double kBound = 25.0;
+    options.gate = options.velocity_gate = options.scalar_gate = {Outliers::weight, kBound};
+    options.reacquire_after = 0;
+    Belief<Model> belief = start_with_tail<tail>(problem_.start, options.tail, problem_.wide_position_std_m);
+    ByRescaledIntervals motion{ByIntervals(series_), data.imu(), options.dynamics.noise};
+    ScoreVisitor visitor{{}, options};
+    forward_pass(motion, data, options, belief, problem_.fit_end_s, visitor);
+    return {visitor.score.negative_log_likelihood, belief};
+  }
+
+ private:
+  const ReceiverProblem& problem_;
+  ReceiverLatency latency_;
+  IntervalSeries series_;
+};
+
+template <int tail>
+class ReceiverSearch {
+ public:
+  ReceiverSearch(const ReceiverProblem& problem, const Progress& progress)
+      : problem_(problem),
+        progress_(progress),
+        chart_(problem.prior),
+        blocks_(problem.data.imu(), problem.cursor.t_s, problem.fit_end_s, biases(problem.start.X),
+                problem.filter.dynamics.noise) {
+    fit_.parameters = medians(problem.prior);
+    fit_.latency = problem.latency;
+  }
+
+  ReceiverFit find() {
+    choose_start();
+    linearise();
+    for (int round = 0; round < kMostRounds; ++round) {
+      improve();
+      if (linearise() < kNear_s) break;
+    }
+    fit_.latency_spread_s = latency_spread();
+    return fit_;
+  }
+
+ private:
+  static constexpr int kMostRounds = 3;
+  static constexpr double kNear_s = 0.002;  // a latency that moves by less is linear enough
+
+  void count(int evaluations) {
+    fit_.evaluations += evaluations;
+    if (progress_ && !progress_(static_cast<std::size_t>(fit_.evaluations), kMostRounds * std::size_t{100}))
+      throw Cancelled("cancelled");
+  }
+
+  std::vector<double> costs(const FitPasses<tail>& passes, const std::vector<ReceiverParameters>& all) const {
+    std::vector<double> out(all.size(), std::numeric_limits<double>::infinity());
+    std::vector<std::exception_ptr> failures(all.size());
+    const auto n = static_cast<std::ptrdiff_t>(all.size());
+#pragma omp parallel for schedule(dynamic, 1)
+    for (std::ptrdiff_t i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      try {
+        out[k] = passes.run(all[k]).cost;
+        if (!std::isfinite(out[k])) out[k] = std::numeric_limits<double>::infinity();
+      } catch (const NumericalError&) {
+      } catch (...) {
+        failures[k] = std::current_exception();  // none may leave a parallel region
+      }
+    }
+    for (const std::exception_ptr& failure : failures) {
+      if (failure) std::rethrow_exception(failure);
+    }
+    return out;
+  }
+
+  // The noise of the IMU as its data sheet has it, or as the alignment found it: whichever fits better.
+  void choose_start() {
+    std::vector<ReceiverParameters> tried = {fit_.parameters, fit_.parameters};
+    if (!problem_.prior.gyro_scale.is_free()) return;
+    tried[1].gyro_scale = problem_.start_gyro_scale;
+    tried[1].accel_scale = problem_.start_accel_scale;
+    const FitPasses<tail> passes(problem_, blocks_, fit_.latency);
+    std::vector<double> cost = costs(passes, tried);
+    count(2);
+    for (std::size_t i = 0; i < 2; ++i) cost[i] += chart_.prior_cost(chart_.vector(tried[i]));
+    fit_.parameters = cost[1] < cost[0] ? tried[1] : tried[0];
+  }
+
+  // Moves the latencies to where the filter finds them until they stay; returns by how much they moved in all.
+  double linearise() {
+    const ReceiverLatency first = fit_.latency;
+    constexpr int kMost = 4;
+    for (int i = 0; i < kMost; ++i) {
+      const FitPasses<tail> passes(problem_, blocks_, fit_.latency);
+      const ReceiverLatency next = found_latency<tail>(fit_.latency, passes.run(fit_.parameters).end);
+      count(1);
+      const double moved = std::max(std::abs(next.position_s - fit_.latency.position_s),
+                                    std::abs(next.velocity_s - fit_.latency.velocity_s));
+      fit_.latency = next;
+      if (moved < kNear_s) break;
+    }
+    return std::max(std::abs(first.position_s - fit_.latency.position_s),
+                    std::abs(first.velocity_s - fit_.latency.velocity_s));
+  }
+
+  void improve() {
+    const FitPasses<tail> passes(problem_, blocks_, fit_.latency);
+    const auto cost = [&](const std::vector<Eigen::VectorXd>& points) {
+      std::vector<ReceiverParameters> all;
+      for (const Eigen::VectorXd& x : points) all.push_back(chart_.parameters(x));
+      std::vector<double> out = costs(passes, all);
+      for (std::size_t i = 0; i < out.size(); ++i) out[i] += chart_.prior_cost(points[i]);
+      count(static_cast<int>(points.size()));
+      return out;
+    };
+    const QuasiNewtonResult found = minimise(cost, chart_.vector(fit_.parameters));
+    if (!std::isfinite(found.cost)) throw NumericalError("no filter gets through the flight with the receiver's errors");
+    fit_.parameters = chart_.parameters(found.x);
+    fit_.settled = found.settled;
+  }
+
+  // Without the jitter, and with an error of first order where it is of second: models that nobody could rule out by eye.
+  double latency_spread() {
+    const FitPasses<tail> passes(problem_, blocks_, fit_.latency);
+    double spread = 0.0;
+    for (double ReceiverParameters::*left_out : {&ReceiverParameters::jitter_s, &ReceiverParameters::tau_u_s}) {
+      if (fit_.parameters.*left_out == 0.0) continue;
+      ReceiverParameters other = fit_.parameters;
+      other.*left_out = 0.0;
+      count(1);
+      const ReceiverLatency there = found_latency<tail>(fit_.latency, passes.run(other).end);
+      spread = std::max(spread, std::abs(there.position_s - fit_.latency.position_s));
+    }
+    return spread;
+  }
+
+  const ReceiverProblem& problem_;
+  const Progress& progress_;
+  Chart chart_;
+  SampleBlocks blocks_;
+  ReceiverFit fit_;
+};
+
+}  // namespace
+
+ReceiverPrior receiver_prior(FixClass of, bool has_velocity, bool arrival) {
+  ReceiverPrior p;
+  p.jitter_s = {arrival ? 0.001 : 0.01, 1.5};
+  p.gyro_scale = p.accel_scale = {1.0, 1.5};
+  p.tau_u_s = p.sigma_s_mps = {0.0, 0.0};
+  p.tau_s_s = {2.0, 0.0};
+  p.velocity_scale = {1.0, has_velocity ? 1.5 : 0.0};
+  if (of == FixClass::fixed) {
+    p.sigma_c = 0.9;
+    p.tau_c_s = {60.0, 1.5};
+    p.white_scale = {0.5, 1.0};
+    return p;
+  }
+  p.sigma_c = 1.0;
+  p.tau_c_s = {100.0, 1.5};
+  p.tau_u_s = {1.0, 1.0};
+  p.white_scale = {of == FixClass::single ? 0.1 : 0.3, 1.5};
+  if (has_velocity) {
+    p.sigma_s_mps = {0.1, 1.0};
+    p.tau_s_s = {2.0, 0.7};
+  }
+  return p;
+}
+
+FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverParameters& theta) {
+  FilterOptions options = problem.filter;
+  options.dynamics.noise = scaled(options.dynamics.noise, theta.gyro_scale, theta.accel_scale);
+  options.tail = {theta.sigma_c,
+                  theta.tau_c_s,
+                  theta.tau_u_s,
+                  theta.sigma_s_mps,
+                  theta.tau_s_s,
+                  problem.latency.position_std_s,
+                  problem.latency.velocity_std_s,
+                  theta.jitter_s,
+                  problem.baro_std_m,
+                  problem.baro_tau_s};
+  return options;
+}
+
+FlightData with_receiver(const ReceiverProblem& problem, const ReceiverParameters& theta, const ReceiverLatency& latency) {
+  FlightData data;
+  data.samples = problem.data.samples;
+  data.l_ba_b = problem.data.l_ba_b;
+  data.rest_noise = problem.data.rest_noise;
+  data.observations = problem.data.observations;
+  for (std::size_t i = 0; i < data.observations.size(); ++i) {
+    Observation& o = data.observations[i];
+    if (o.kind->gate == GateClass::position) {
+      o.t_s -= latency.position_s;
+      o.R = theta.white_scale * theta.white_scale * o.R + problem.rounding[i];
+    } else if (o.kind->gate == GateClass::velocity) {
+      o.t_s -= latency.velocity_s;
+      o.R = theta.velocity_scale * theta.velocity_scale * o.R + problem.rounding[i];
+    } else if (o.kind == &kExternalHeading) {
+      o.t_s -= latency.position_s;
+    }
+  }
+  sort_observations(data.imu(), data.observations);
+  return data;
+}
+
+ReceiverFit fit_receiver(const ReceiverProblem& problem, const Progress& progress) {
+  const FilterOptions options = with_receiver(problem, medians(problem.prior));
+  if (options.tail.is_long()) return ReceiverSearch<kLongTail>(problem, progress).find();
+  return ReceiverSearch<kShortTail>(problem, progress).find();
+}
+
+}  // namespace liealign
