@@ -284,6 +284,10 @@ void expect_node(const Joint& joint, const NodeBelief& node, Eigen::Index block,
       EXPECT_NEAR(G(i, j), G_expected(i, j), 1e-3 * std::sqrt(expected.second(row, row) * expected.second(c + j, c + j)))
           << what << " c with " << i << ", " << j;
   }
+  for (int j = 0; j < 3; ++j) {
+    const double sigma = std::sqrt(expected.second(c + j, c + j));
+    EXPECT_NEAR(node.error.c[j], expected.first[c + j], 2e-3 * sigma) << what << " c " << j;
+  }
   // The position in the receiver's datum: rho + S c.
   const Matrix3d S = node.belief.X.first.C.transpose() * node.root;
   Eigen::Matrix<double, 3, kDim> relative = Eigen::Matrix<double, 3, kDim>::Zero();
@@ -379,11 +383,12 @@ void add_inside(const SampleLanes& samples, const InsideInterval& inside, Sample
   const WholeBelief<Lanes> all = inside.at(samples);
   for (int i = 0; i < samples.count; ++i) {
     const NavRows<Lanes, 3>& G = all.error.G;
-    const NodeBelief one{lane(all.belief, i), {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i)},
+    const NodeBelief one{lane(all.belief, i), {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i), lane(all.error.c, i)},
                          inside.root()};
     const AtSample of_whole = at_node(one);
     EXPECT_LT((of_whole.P_relative - lane(nav.P_relative, i)).norm(), 1e-9 * of_whole.P_relative.norm());
     EXPECT_LT((of_whole.P_rho - lane(nav.P_rho, i)).norm(), 1e-9 * of_whole.P_rho.norm());
+    EXPECT_EQ(one.error.c, lane(nav.c, i));
     to[samples.k[static_cast<std::size_t>(i)]] = of_whole;
   }
 }
@@ -431,6 +436,7 @@ void expect_same(const AtSample& a, const AtSample& b, double tolerance, const s
   EXPECT_TRUE(close(a.error.G.nu, b.error.G.nu, sigma.segment<3>(kNu))) << what;
   EXPECT_TRUE(close(a.error.G.rho, b.error.G.rho, sigma.segment<3>(kRho))) << what;
   EXPECT_TRUE(close(a.error.V, b.error.V, sigma_c)) << what;
+  EXPECT_LT((a.error.c - b.error.c).cwiseQuotient(sigma_c).cwiseAbs().maxCoeff(), 10.0 * tolerance) << what;
 }
 
 // Fixes for three seconds, none for twenty, and fixes again. The biases do not walk: their steps come at the ends of intervals.
@@ -495,6 +501,7 @@ TEST(TailSmoother, a_tail_of_zeros_is_none) {
   for (int i = 0; i < 4; ++i) flight.add_message(23.0 + 0.9 * i, 0.0, i == 2);
   joint_of(flight);
   ASSERT_TRUE(flight.options.tail.is_empty());
+  flight.options.covariance_reset = false;  // with a tail states retract straight, which is another second order
   const auto wanted = [](std::size_t k) { return k % 13 == 0; };
   const Trajectories none = trajectories<kNoTail>(flight, wanted), zeros = trajectories<kShortTail>(flight, wanted);
   const std::pair<const Samples*, const Samples*> pairs[] = {{&none.filtered, &zeros.filtered},
@@ -506,11 +513,11 @@ TEST(TailSmoother, a_tail_of_zeros_is_none) {
       const Core::Tangent sigma = of_none.belief.P.diagonal().cwiseSqrt();
       EXPECT_GT(of_zeros.belief.P.diagonal().minCoeff(), 0.0) << k;
       EXPECT_GT(of_zeros.P_relative.diagonal().minCoeff(), 0.0) << k;
-      EXPECT_LT((of_zeros.belief.P - of_none.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), 1e-8)
+      EXPECT_LT((of_zeros.belief.P - of_none.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), 1e-6)
           << k;
       // ECEF metres carry 1e-9
       EXPECT_LT(Core::local(of_none.belief.X, of_zeros.belief.X).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-3) << k;
-      EXPECT_LT((of_zeros.P_relative - of_none.P_rho).norm(), 1e-8 * of_none.P_rho.norm()) << k;
+      EXPECT_LT((of_zeros.P_relative - of_none.P_rho).norm(), 1e-6 * of_none.P_rho.norm()) << k;
     }
   }
 }
