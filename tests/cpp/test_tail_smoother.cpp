@@ -281,7 +281,8 @@ void expect_node(const Joint& joint, const NodeBelief& node, Eigen::Index block,
   for (int i = 0; i < 12; ++i) {
     const int row = i < 9 ? i : c + i - 9;
     for (int j = 0; j < 3; ++j)
-      EXPECT_NEAR(G(i, j), G_expected(i, j), 1e-3 * std::sqrt(expected.second(row, row) * expected.second(c + j, c + j)))
+      EXPECT_NEAR(G(i, j), G_expected(i, j),
+                  1e-3 * std::sqrt(expected.second(row, row) * expected.second(c + j, c + j)))
           << what << " c with " << i << ", " << j;
   }
   for (int j = 0; j < 3; ++j) {
@@ -383,7 +384,8 @@ void add_inside(const SampleLanes& samples, const InsideInterval& inside, Sample
   const WholeBelief<Lanes> all = inside.at(samples);
   for (int i = 0; i < samples.count; ++i) {
     const NavRows<Lanes, 3>& G = all.error.G;
-    const NodeBelief one{lane(all.belief, i), {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i), lane(all.error.c, i)},
+    const NodeBelief one{lane(all.belief, i),
+                         {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i), lane(all.error.c, i)},
                          inside.root()};
     const AtSample of_whole = at_node(one);
     EXPECT_LT((of_whole.P_relative - lane(nav.P_relative, i)).norm(), 1e-9 * of_whole.P_relative.norm());
@@ -426,7 +428,8 @@ Trajectories trajectories(const SmallFlight& flight, const std::function<bool(st
 void expect_same(const AtSample& a, const AtSample& b, double tolerance, const std::string& what) {
   const Core::Tangent sigma = b.belief.P.diagonal().cwiseSqrt();
   EXPECT_LT(Core::local(b.belief.X, a.belief.X).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 10.0 * tolerance) << what;
-  EXPECT_LT((a.belief.P - b.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), tolerance) << what;
+  EXPECT_LT((a.belief.P - b.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), tolerance)
+      << what;
   EXPECT_LT((a.P_relative - b.P_relative).norm(), tolerance * b.P_relative.norm()) << what;
   const Vector3d sigma_c = b.error.V.diagonal().cwiseSqrt();
   const auto close = [&](const Matrix3d& of_a, const Matrix3d& of_b, const Vector3d& rows) {
@@ -513,7 +516,8 @@ TEST(TailSmoother, a_tail_of_zeros_is_none) {
       const Core::Tangent sigma = of_none.belief.P.diagonal().cwiseSqrt();
       EXPECT_GT(of_zeros.belief.P.diagonal().minCoeff(), 0.0) << k;
       EXPECT_GT(of_zeros.P_relative.diagonal().minCoeff(), 0.0) << k;
-      EXPECT_LT((of_zeros.belief.P - of_none.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), 1e-6)
+      EXPECT_LT((of_zeros.belief.P - of_none.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(),
+                1e-6)
           << k;
       // ECEF metres carry 1e-9
       EXPECT_LT(Core::local(of_none.belief.X, of_zeros.belief.X).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-3) << k;
