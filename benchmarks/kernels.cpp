@@ -294,7 +294,8 @@ BENCHMARK(output_row);
 // Rows of trajectory.csv with their output_row, and the same as SBET with SMRMSG.
 void trajectory_row(benchmark::State& state, const TrajectoryText& wanted) {
   constexpr std::size_t kRows = 1000;
-  const std::vector<Epoch> epochs(kRows, epoch_of(scene().sample.t_s, node_belief<kNoTail>(scene().belief, Matrix3d::Zero())));
+  const std::vector<Epoch> epochs(kRows,
+                                  epoch_of(scene().sample.t_s, node_belief<kNoTail>(scene().belief, Matrix3d::Zero())));
   for (auto _ : state) {
     TrajectoryPart part;
     append_epochs(part, wanted, scene().flight, epochs, true);

@@ -255,7 +255,7 @@ std::vector<Epoch> plain_smoother(const PreparedFlight& flight, const Found& fou
   std::vector<Epoch> epochs;
   smooth(
       Ekf<Model>{found.filter.dynamics, found.filter.covariance_reset}, data, recorder.checkpoints, kEverySample,
-      [&](std::size_t k, const Belief<Model>& b) { 
+      [&](std::size_t k, const Belief<Model>& b) {
         epochs.push_back(epoch_of(data.imu()[k].t_s, node_belief<kNoTail>(b, Matrix3d::Zero())));
       },
       [](std::size_t, const Belief<Model>&) {});

@@ -9,8 +9,8 @@
 namespace liealign::testing {
 
 // What an observation says at a state; with a tail where one is given. omega and f as the IMU reads them.
-inline Sighting<double> seen_of(const Observation& o, const NavState<double>& X, const Vector3d& omega, const Vector3d& f,
-                                const TailVector<double>* tail = nullptr) {
+inline Sighting<double> seen_of(const Observation& o, const NavState<double>& X, const Vector3d& omega,
+                                const Vector3d& f, const TailVector<double>* tail = nullptr) {
   StateView<double> view{X.first, omega - b_g(X), f - b_a(X), b_g(X), TailVector<double>::Zero()};
   view.gyro_arw = 1e-5;
   if (tail != nullptr) {
@@ -30,7 +30,8 @@ inline Observation some_observation(const ObservationKind& kind, const NavState<
   o.R = 1e-4 * (A * A.transpose() + Matrix3d::Identity());
   o.root = C_ne * Vector3d(0.01, 0.02, 0.03).asDiagonal();
   const Vector3d along = normal3(rng);
-  o.lever_b = X.first.C.transpose() * C_ne * Vector3d(std::cos(along.x()), std::sin(along.x()), 0.4 * std::sin(along.y()));
+  o.lever_b =
+      X.first.C.transpose() * C_ne * Vector3d(std::cos(along.x()), std::sin(along.x()), 0.4 * std::sin(along.y()));
   o.place_e = X.first.p + normal3(rng, 10.0);
   o.span_s = 1.0;
   o.y = -seen_of(o, X, Vector3d::Zero(), Vector3d::Zero()).z + normal3(rng, 0.01);

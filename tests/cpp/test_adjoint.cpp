@@ -87,8 +87,8 @@ struct Scene {
   }
 
   Adjoint<Model> future(Belief<Model>& smoothed) {
-    const Tangent z = 0.5 * after.P.diagonal().cwiseSqrt().cwiseProduct(
-                                Tangent::NullaryExpr([&] { return normal3(rng).x(); }));
+    const Tangent z =
+        0.5 * after.P.diagonal().cwiseSqrt().cwiseProduct(Tangent::NullaryExpr([&] { return normal3(rng).x(); }));
     const Cov information = inverse(after.P);
     Cov P_s = inverse(Cov(1.7 * information + Cov(after.P.diagonal().cwiseInverse().asDiagonal())));
     smoothed = {Model::retract(after.X, z), P_s};
@@ -147,14 +147,14 @@ TYPED_TEST(AdjointLaws, of_a_weight_is_that_of_the_gain_that_was_applied) {
   Belief<typename TypeParam::Model> smoothed;
   Adjoint<typename TypeParam::Model> adjoint = s.future(smoothed);
   const Cov A = Cov::Identity() - c.weight * c.K * c.Ht.transpose();
-  EXPECT_LT(relative<Cov>(s.after.P - A * s.before.P * A.transpose() - c.weight * c.weight * c.K * s.o.R * c.K.transpose(),
-                          s.after.P),
-            1e-9);
+  EXPECT_LT(
+      relative<Cov>(s.after.P - A * s.before.P * A.transpose() - c.weight * c.weight * c.K * s.o.R * c.K.transpose(),
+                    s.after.P),
+      1e-9);
   const double gain = c.weight * (2.0 - c.weight);
   const Cov B = Cov::Identity() - gain * c.K * c.Ht.transpose();
   const Cov expected = B.transpose() * adjoint.Lambda * B + gain * c.Ht * c.S_inverse * c.Ht.transpose();
-  const typename TypeParam::Tangent lambda =
-      B.transpose() * adjoint.lambda + c.weight * c.Ht * c.S_inverse_z;
+  const typename TypeParam::Tangent lambda = B.transpose() * adjoint.lambda + c.weight * c.Ht * c.S_inverse_z;
   adjoint.back_through(c, false);
   const Cov P = s.before.P;
   EXPECT_LT(relative<Cov>(P * (adjoint.Lambda - expected) * P, P), 1e-9);
@@ -217,7 +217,8 @@ TYPED_TEST(AdjointLaws, goes_back_over_a_transition_as_rts_does) {
   m.baro_std_m = 1.0;
   const TailStep step = tail_step(m, 3.0);
   NavTransition<double> t;
-  t.F = SquareMatrix<double, 9>::Identity() + 0.1 * SquareMatrix<double, 9>::NullaryExpr([&] { return normal3(s.rng).x(); });
+  t.F = SquareMatrix<double, 9>::Identity() +
+        0.1 * SquareMatrix<double, 9>::NullaryExpr([&] { return normal3(s.rng).x(); });
   t.B = Eigen::Matrix<double, 9, 6>::NullaryExpr([&] { return 0.3 * normal3(s.rng).x(); });
   Cov F = Cov::Identity();
   F.template topLeftCorner<9, 9>() = t.F;

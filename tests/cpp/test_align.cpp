@@ -8,8 +8,8 @@
 
 #include "liealign/align/heading_search.hpp"
 #include "liealign/align/initial.hpp"
-#include "liealign/pipeline/settings.hpp"
 #include "liealign/observe/antenna_motion.hpp"
+#include "liealign/pipeline/settings.hpp"
 #include "numeric.hpp"
 
 namespace liealign {

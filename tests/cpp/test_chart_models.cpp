@@ -69,8 +69,8 @@ TYPED_TEST(ChartModels, measurement_matrices_are_derivatives) {
       const NavState<double> X = random_state(rng);
       const Observation o = some_observation(*kind, X, rng);
       const auto seen_at = [&](const NavState<double>& at) { return seen_of(o, at, omega, f); };
-      const Eigen::MatrixXd J = TestFixture::derivative(
-          X, [&](const NavState<double>& at) -> Eigen::VectorXd { return -seen_at(at).z; });
+      const Eigen::MatrixXd J =
+          TestFixture::derivative(X, [&](const NavState<double>& at) -> Eigen::VectorXd { return -seen_at(at).z; });
       Sighting<double> seen = seen_at(X);
       TypeParam::error_columns(X, seen.H);
       // That the local axes turn with the position is left out of the heading: 1.6e-7 rad/m.

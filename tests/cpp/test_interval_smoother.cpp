@@ -61,7 +61,8 @@ struct Shaken {
   Adjoint<Model> adjoint() const {
     const Vec15 z = Model::local(predicted.X, smoothed_end.X), s = predicted.P.diagonal().cwiseSqrt().cwiseInverse();
     const Cov J_0 = Model::right_jacobian_inverse(z), P_s = J_0 * smoothed_end.P * J_0.transpose();
-    const Cov inverse = s.asDiagonal() * Cov(Cov(s.asDiagonal() * predicted.P * s.asDiagonal()).inverse()) * s.asDiagonal();
+    const Cov inverse =
+        s.asDiagonal() * Cov(Cov(s.asDiagonal() * predicted.P * s.asDiagonal()).inverse()) * s.asDiagonal();
     Adjoint<Model> adjoint;
     adjoint.lambda = inverse * z;
     adjoint.Lambda = inverse * (predicted.P - P_s) * inverse;
@@ -176,7 +177,8 @@ TEST(InsideInterval, of_four_samples_at_once_is_that_of_each) {
     const NavBelief<Lanes> nav = inside.nav_at(samples);
     const WholeBelief<Lanes> all = inside.at(samples);
     for (int i = 0; i < samples.count; ++i) {
-      const Belief<Model> one = belief_at(inside, s, samples.k[static_cast<std::size_t>(i)]), of_all = lane(all.belief, i);
+      const Belief<Model> one = belief_at(inside, s, samples.k[static_cast<std::size_t>(i)]),
+                          of_all = lane(all.belief, i);
       EXPECT_EQ(of_all.P, one.P);
       EXPECT_EQ(of_all.X.first.C, one.X.first.C);
       EXPECT_EQ(of_all.X.first.p, one.X.first.p);

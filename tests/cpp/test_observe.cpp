@@ -131,7 +131,8 @@ TEST(Observations, in_lanes_are_those_of_each_lane) {
       set_lane(X, i, states.back());
       set_lane(tail, i, tails.back());
     }
-    StateView<Lanes> view{X.first, d.omega.cast<Lanes>() - b_g(X), d.f.cast<Lanes>() - b_a(X), b_g(X), tail, true, 1e-5, 0.0};
+    StateView<Lanes> view{X.first, d.omega.cast<Lanes>() - b_g(X), d.f.cast<Lanes>() - b_a(X), b_g(X), tail, true, 1e-5,
+                          0.0};
     Sighting<Lanes> seen;
     see(view, d.o, seen);
     for (int i = 0; i < Lanes::kCount; ++i) {
@@ -245,7 +246,8 @@ TEST(NewKind, goes_through_the_forward_pass_and_its_gate) {
   } counts;
   Belief<LieModel<double>> belief = r.start();
   const ImuSeries& imu = r.prepared.data.imu();
-  forward_pass(r.prepared.data, r.prepared.filter, belief, cursor_at(imu, r.prepared.t_begin_s), imu.back().t_s, counts);
+  forward_pass(r.prepared.data, r.prepared.filter, belief, cursor_at(imu, r.prepared.t_begin_s), imu.back().t_s,
+               counts);
   EXPECT_EQ(counts.seen, r.ranges);
   EXPECT_EQ(counts.outliers, 1U);
   const auto n = static_cast<double>(counts.seen - 1);
@@ -264,7 +266,8 @@ TEST(NewKind, sharpens_the_smoother_of_a_short_tail) {
   belief.X.second.x.head<6>() = core.X.second.x;
   belief.P.setZero();
   belief.P.topLeftCorner<kTail, kTail>() = core.P;
-  belief.P.bottomRightCorner<kShortTail, kShortTail>() = tail_prior(options.tail).topLeftCorner<kShortTail, kShortTail>();
+  belief.P.bottomRightCorner<kShortTail, kShortTail>() =
+      tail_prior(options.tail).topLeftCorner<kShortTail, kShortTail>();
   const ImuCursor start = cursor_at(without.imu(), r.prepared.t_begin_s);
   const auto end_error = [&](const FlightData& data, std::size_t& nodes, double& sigma) {
     const ForwardRun<kShortTail> run = run_forward<kShortTail>(data, options, belief, start);
@@ -286,7 +289,8 @@ TEST(NewKind, sharpens_the_smoother_of_a_short_tail) {
   };
   std::size_t nodes = 0, nodes_without = 0;
   double sigma = 0.0, sigma_without = 0.0;
-  const double with = end_error(r.prepared.data, nodes, sigma), fixes = end_error(without, nodes_without, sigma_without);
+  const double with = end_error(r.prepared.data, nodes, sigma),
+               fixes = end_error(without, nodes_without, sigma_without);
   EXPECT_GT(nodes, nodes_without);
   EXPECT_LT(sigma, sigma_without);
   EXPECT_LT(with, fixes);

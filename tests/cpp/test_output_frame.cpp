@@ -93,7 +93,8 @@ TEST(OutputFrame, velocity_is_the_derivative_of_the_position) {
 
 TEST(OutputFrame, without_arm_and_boresight_it_is_the_IMU_to_the_last_bit) {
   const Belief<Model> b = some_belief();
-  const Epoch moved = epoch_of(2.0, whole_node(b), {}, Vector3d(1.0, 2.0, 3.0), 1.0), imu = epoch_of(2.0, whole_node(b));
+  const Epoch moved = epoch_of(2.0, whole_node(b), {}, Vector3d(1.0, 2.0, 3.0), 1.0),
+              imu = epoch_of(2.0, whole_node(b));
   EXPECT_EQ(moved.X.first.p, imu.X.first.p);
   EXPECT_EQ(moved.P_nu, imu.P_nu);
   EXPECT_TRUE(output_frame(Config{}).is_imu());

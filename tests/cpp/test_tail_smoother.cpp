@@ -112,11 +112,19 @@ struct SmallFlight {
 
 // Blocks of kDim, one more after every step x <- A x + w, and what is seen of them.
 struct Joint {
-  Eigen::MatrixXd P, H;
-  Eigen::VectorXd z, R;
+  Eigen::MatrixXd P;
   std::vector<Whole::State> reference;  // of each block
+  // What is seen of a block.
+  struct Seen {
+    Eigen::Index block;
+    Ekf<Whole>::Tall Ht;
+    Vector3d z;
+    Matrix3d R;
+  };
+  std::vector<Seen> seen;
   struct Node {
-    Eigen::Index block, rows;  // after the updates; what is seen up to there
+    Eigen::Index block;
+    std::size_t seen;  // after the updates; what is seen up to there
   };
   std::map<double, Node> nodes;
 
@@ -131,30 +139,32 @@ struct Joint {
     P = std::move(next);
     reference.push_back(X);
   }
-  // What a block is, given the first `rows` of what is seen: the error about its reference, and its covariance.
-  std::pair<Whole::Tangent, Whole::Covariance> given(Eigen::Index block, Eigen::Index rows) const {
-    const Eigen::MatrixXd H_all = H.topLeftCorner(rows, P.cols()), PHt = P * H_all.transpose();
-    Eigen::MatrixXd S = H_all * PHt;
-    S.diagonal() += R.head(rows);
-    const Eigen::MatrixXd of_block = PHt.middleRows(kDim * block, kDim);
-    const Eigen::LDLT<Eigen::MatrixXd> ldlt(S);
-    return {of_block * ldlt.solve(z.head(rows)),
-            P.block(kDim * block, kDim * block, kDim, kDim) - of_block * ldlt.solve(of_block.transpose())};
+  // What a block is, given the first `n` of what is seen: the error about its reference, and its covariance.
+  std::pair<Whole::Tangent, Whole::Covariance> given(Eigen::Index block, std::size_t n) const {
+    const auto between = [&](Eigen::Index a, Eigen::Index b) -> Whole::Covariance {
+      return P.block<kDim, kDim>(kDim * a, kDim * b);
+    };
+    const auto rows = static_cast<Eigen::Index>(3 * n);
+    Eigen::MatrixXd S(rows, rows), of_block(kDim, rows);
+    Eigen::VectorXd z(rows);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto row = static_cast<Eigen::Index>(3 * i);
+      z.segment<3>(row) = seen[i].z;
+      of_block.middleCols<3>(row) = between(block, seen[i].block) * seen[i].Ht;
+      for (std::size_t j = 0; j < n; ++j)
+        S.block<3, 3>(row, static_cast<Eigen::Index>(3 * j)) =
+            seen[i].Ht.transpose() * between(seen[i].block, seen[j].block) * seen[j].Ht;
+      S.block<3, 3>(row, row) += seen[i].R;
+    }
+    // By correlations: rows that say nothing have a variance of one.
+    const Eigen::VectorXd scale = S.diagonal().cwiseSqrt().cwiseInverse();
+    S = (scale.asDiagonal() * S * scale.asDiagonal()).eval();
+    of_block = (of_block * scale.asDiagonal()).eval();
+    const Eigen::LLT<Eigen::MatrixXd> llt(S);
+    return {of_block * llt.solve(scale.cwiseProduct(z)),
+            between(block, block) - of_block * llt.solve(of_block.transpose())};
   }
 };
-
-// Rows of what an observation of covariance R says, whitened.
-void add_rows(Joint& joint, const Ekf<Whole>::Tall& Ht, const Sighting<double>& seen) {
-  const Eigen::LLT<Matrix3d> llt(seen.R);
-  const Eigen::Index rows = joint.H.rows();
-  joint.H.conservativeResize(rows + 3, 100 * kDim);
-  joint.z.conservativeResize(rows + 3);
-  joint.R.conservativeResize(rows + 3);
-  joint.H.bottomRows(3).setZero();
-  joint.H.block(rows, kDim * (joint.blocks() - 1), 3, kDim) = llt.matrixL().solve(Matrix3d::Identity()) * Ht.transpose();
-  joint.z.tail<3>() = llt.matrixL().solve(seen.z);
-  joint.R.tail<3>().setOnes();
-}
 
 // x <- the same, with these components drawn anew.
 void redraw(Joint& joint, const std::vector<int>& components, const Whole::Covariance& prior) {
@@ -225,8 +235,8 @@ Joint joint_of(SmallFlight& flight) {
     const Vector3d drawn = normal3(flight.rng, kSmall);
     o.y = drawn.cwiseProduct(Vector3d(1.0, o.kind->rows > 1 ? 1.0 : 0.0, o.kind->rows > 1 ? 1.0 : 0.0)) - seen.z;
     seen = sight(o, flight.options, reading, true, unaided, Ht);
-    add_rows(joint, Ht, seen);
-    joint.nodes[o.t_s] = {joint.blocks() - 1, joint.H.rows()};
+    joint.seen.push_back({joint.blocks() - 1, Ht, seen.z, seen.R});
+    joint.nodes[o.t_s] = {joint.blocks() - 1, joint.seen.size()};
   }
   return joint;
 }
@@ -247,23 +257,23 @@ void expect_equal(const Whole::State& reference, const std::pair<Whole::Tangent,
 
 template <int tail>
 void expect_whole(const Joint& joint, const Belief<LieModel<double, tail>>& belief, Eigen::Index block,
-                  Eigen::Index rows, const std::string& what) {
+                  std::size_t seen, const std::string& what) {
   constexpr int dim = kTail + tail;
   Belief<Whole> whole{{belief.X.first, {}}, Whole::Covariance::Zero()};
   whole.X.second.x.template head<6 + tail>() = belief.X.second.x;
   whole.P.template topLeftCorner<dim, dim>() = belief.P;
-  expect_equal(joint.reference[static_cast<std::size_t>(block)], joint.given(block, rows), whole.X, whole.P, dim, what);
+  expect_equal(joint.reference[static_cast<std::size_t>(block)], joint.given(block, seen), whole.X, whole.P, dim, what);
 }
 
 // (phi, nu, rho, biases), and c with (phi, nu, rho).
-void expect_node(const Joint& joint, const NodeBelief& node, Eigen::Index block, Eigen::Index rows,
+void expect_node(const Joint& joint, const NodeBelief& node, Eigen::Index block, std::size_t seen,
                  const std::string& what) {
-  const auto expected = joint.given(block, rows);
+  const auto expected = joint.given(block, seen);
   Belief<Whole> whole{{node.belief.X.first, {}}, Whole::Covariance::Zero()};
   whole.X.second.x.head<6>() = node.belief.X.second.x;
   whole.P.topLeftCorner<kTail, kTail>() = node.belief.P;
   expect_equal(joint.reference[static_cast<std::size_t>(block)], expected, whole.X, whole.P, kTail, what);
-  Eigen::Matrix<double, 12, 3> G, scale;
+  Eigen::Matrix<double, 12, 3> G;
   G << node.error.G.phi, node.error.G.nu, node.error.G.rho, node.error.V;
   constexpr int c = kTail + kTailC;
   Eigen::Matrix<double, 12, 3> G_expected;
@@ -271,8 +281,13 @@ void expect_node(const Joint& joint, const NodeBelief& node, Eigen::Index block,
   for (int i = 0; i < 12; ++i) {
     const int row = i < 9 ? i : c + i - 9;
     for (int j = 0; j < 3; ++j)
-      EXPECT_NEAR(G(i, j), G_expected(i, j), 1e-3 * std::sqrt(expected.second(row, row) * expected.second(c + j, c + j)))
+      EXPECT_NEAR(G(i, j), G_expected(i, j),
+                  1e-3 * std::sqrt(expected.second(row, row) * expected.second(c + j, c + j)))
           << what << " c with " << i << ", " << j;
+  }
+  for (int j = 0; j < 3; ++j) {
+    const double sigma = std::sqrt(expected.second(c + j, c + j));
+    EXPECT_NEAR(node.error.c[j], expected.first[c + j], 2e-3 * sigma) << what << " c " << j;
   }
   // The position in the receiver's datum: rho + S c.
   const Matrix3d S = node.belief.X.first.C.transpose() * node.root;
@@ -295,8 +310,7 @@ void expect_batch_least_squares(bool covariance_reset) {
   flight.add_message(3.4, 0.02, true);  // after a second and a half without: there is a node where nothing is seen
   for (int i = 0; i < 3; ++i) flight.add_message(3.8 + 0.5 * i, 0.01);
   const Joint joint = joint_of(flight);
-  ASSERT_LT(joint.blocks(), 100);
-  const Eigen::Index all = joint.H.rows();
+  const std::size_t all = joint.seen.size();
 
   const ForwardRun<tail> run =
       run_forward<tail>(flight.data, flight.options, flight.belief<tail>(), cursor_at(flight.data.imu(), 0.0));
@@ -308,7 +322,7 @@ void expect_batch_least_squares(bool covariance_reset) {
   sink.node = [&](std::size_t, double t_s, const NodeBelief& filtered, const NodeBelief& smoothed) {
     if (t_s == 0.0) return;
     const Joint::Node& node = joint.nodes.at(t_s);
-    expect_node(joint, filtered, node.block, node.rows, "filtered at " + std::to_string(t_s));
+    expect_node(joint, filtered, node.block, node.seen, "filtered at " + std::to_string(t_s));
     expect_node(joint, smoothed, node.block, all, "smoothed at " + std::to_string(t_s));
     ++seen;
   };
@@ -370,11 +384,13 @@ void add_inside(const SampleLanes& samples, const InsideInterval& inside, Sample
   const WholeBelief<Lanes> all = inside.at(samples);
   for (int i = 0; i < samples.count; ++i) {
     const NavRows<Lanes, 3>& G = all.error.G;
-    const NodeBelief one{lane(all.belief, i), {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i)},
+    const NodeBelief one{lane(all.belief, i),
+                         {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i), lane(all.error.c, i)},
                          inside.root()};
     const AtSample of_whole = at_node(one);
     EXPECT_LT((of_whole.P_relative - lane(nav.P_relative, i)).norm(), 1e-9 * of_whole.P_relative.norm());
     EXPECT_LT((of_whole.P_rho - lane(nav.P_rho, i)).norm(), 1e-9 * of_whole.P_rho.norm());
+    EXPECT_EQ(one.error.c, lane(nav.c, i));
     to[samples.k[static_cast<std::size_t>(i)]] = of_whole;
   }
 }
@@ -412,7 +428,8 @@ Trajectories trajectories(const SmallFlight& flight, const std::function<bool(st
 void expect_same(const AtSample& a, const AtSample& b, double tolerance, const std::string& what) {
   const Core::Tangent sigma = b.belief.P.diagonal().cwiseSqrt();
   EXPECT_LT(Core::local(b.belief.X, a.belief.X).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 10.0 * tolerance) << what;
-  EXPECT_LT((a.belief.P - b.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), tolerance) << what;
+  EXPECT_LT((a.belief.P - b.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), tolerance)
+      << what;
   EXPECT_LT((a.P_relative - b.P_relative).norm(), tolerance * b.P_relative.norm()) << what;
   const Vector3d sigma_c = b.error.V.diagonal().cwiseSqrt();
   const auto close = [&](const Matrix3d& of_a, const Matrix3d& of_b, const Vector3d& rows) {
@@ -422,6 +439,7 @@ void expect_same(const AtSample& a, const AtSample& b, double tolerance, const s
   EXPECT_TRUE(close(a.error.G.nu, b.error.G.nu, sigma.segment<3>(kNu))) << what;
   EXPECT_TRUE(close(a.error.G.rho, b.error.G.rho, sigma.segment<3>(kRho))) << what;
   EXPECT_TRUE(close(a.error.V, b.error.V, sigma_c)) << what;
+  EXPECT_LT((a.error.c - b.error.c).cwiseQuotient(sigma_c).cwiseAbs().maxCoeff(), 10.0 * tolerance) << what;
 }
 
 // Fixes for three seconds, none for twenty, and fixes again. The biases do not walk: their steps come at the ends of intervals.
@@ -486,6 +504,7 @@ TEST(TailSmoother, a_tail_of_zeros_is_none) {
   for (int i = 0; i < 4; ++i) flight.add_message(23.0 + 0.9 * i, 0.0, i == 2);
   joint_of(flight);
   ASSERT_TRUE(flight.options.tail.is_empty());
+  flight.options.covariance_reset = false;  // with a tail states retract straight, which is another second order
   const auto wanted = [](std::size_t k) { return k % 13 == 0; };
   const Trajectories none = trajectories<kNoTail>(flight, wanted), zeros = trajectories<kShortTail>(flight, wanted);
   const std::pair<const Samples*, const Samples*> pairs[] = {{&none.filtered, &zeros.filtered},
@@ -497,11 +516,12 @@ TEST(TailSmoother, a_tail_of_zeros_is_none) {
       const Core::Tangent sigma = of_none.belief.P.diagonal().cwiseSqrt();
       EXPECT_GT(of_zeros.belief.P.diagonal().minCoeff(), 0.0) << k;
       EXPECT_GT(of_zeros.P_relative.diagonal().minCoeff(), 0.0) << k;
-      EXPECT_LT((of_zeros.belief.P - of_none.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), 1e-8)
+      EXPECT_LT((of_zeros.belief.P - of_none.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(),
+                1e-6)
           << k;
       // ECEF metres carry 1e-9
       EXPECT_LT(Core::local(of_none.belief.X, of_zeros.belief.X).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-3) << k;
-      EXPECT_LT((of_zeros.P_relative - of_none.P_rho).norm(), 1e-8 * of_none.P_rho.norm()) << k;
+      EXPECT_LT((of_zeros.P_relative - of_none.P_rho).norm(), 1e-6 * of_none.P_rho.norm()) << k;
     }
   }
 }

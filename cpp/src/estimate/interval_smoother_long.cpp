@@ -4,11 +4,12 @@
 
 namespace liealign {
 
-template ForwardRun<kLongTail> run_forward(const FlightData&, const FilterOptions&, const Belief<LieModel<double, kLongTail>>&,
-                                     const ImuCursor&, const FilterSink&);
+template ForwardRun<kLongTail> run_forward(const FlightData&, const FilterOptions&,
+                                           const Belief<LieModel<double, kLongTail>>&, const ImuCursor&,
+                                           const FilterSink&);
 template void smooth_run(const FlightData&, const FilterOptions&, const ForwardRun<kLongTail>&, const SmootherSink&,
                          const Progress&);
 template Belief<LieModel<double, kLongTail>> smoothed_at_start(const FlightData&, const FilterOptions&,
-                                                         const ForwardRun<kLongTail>&);
+                                                               const ForwardRun<kLongTail>&);
 
 }  // namespace liealign

@@ -4,11 +4,12 @@
 
 namespace liealign {
 
-template ForwardRun<kShortTail> run_forward(const FlightData&, const FilterOptions&, const Belief<LieModel<double, kShortTail>>&,
-                                     const ImuCursor&, const FilterSink&);
+template ForwardRun<kShortTail> run_forward(const FlightData&, const FilterOptions&,
+                                            const Belief<LieModel<double, kShortTail>>&, const ImuCursor&,
+                                            const FilterSink&);
 template void smooth_run(const FlightData&, const FilterOptions&, const ForwardRun<kShortTail>&, const SmootherSink&,
                          const Progress&);
 template Belief<LieModel<double, kShortTail>> smoothed_at_start(const FlightData&, const FilterOptions&,
-                                                         const ForwardRun<kShortTail>&);
+                                                                const ForwardRun<kShortTail>&);
 
 }  // namespace liealign

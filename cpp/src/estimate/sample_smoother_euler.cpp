@@ -4,8 +4,9 @@
 
 namespace liealign {
 
-template std::vector<Checkpoint<EulerModel>> filter_samples(const FlightData&, const FilterOptions&, const Belief<EulerModel>&,
-                                                     const ImuCursor&, const SampleFilterSink<EulerModel>&);
+template std::vector<Checkpoint<EulerModel>> filter_samples(const FlightData&, const FilterOptions&,
+                                                            const Belief<EulerModel>&, const ImuCursor&,
+                                                            const SampleFilterSink<EulerModel>&);
 template void smooth_samples(const FlightData&, const FilterOptions&, const std::vector<Checkpoint<EulerModel>>&,
                              const SampleSmootherSink<EulerModel>&, const Progress&);
 

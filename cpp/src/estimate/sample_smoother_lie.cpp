@@ -4,8 +4,9 @@
 
 namespace liealign {
 
-template std::vector<Checkpoint<LieModel<double>>> filter_samples(const FlightData&, const FilterOptions&, const Belief<LieModel<double>>&,
-                                                     const ImuCursor&, const SampleFilterSink<LieModel<double>>&);
+template std::vector<Checkpoint<LieModel<double>>> filter_samples(const FlightData&, const FilterOptions&,
+                                                                  const Belief<LieModel<double>>&, const ImuCursor&,
+                                                                  const SampleFilterSink<LieModel<double>>&);
 template void smooth_samples(const FlightData&, const FilterOptions&, const std::vector<Checkpoint<LieModel<double>>>&,
                              const SampleSmootherSink<LieModel<double>>&, const Progress&);
 

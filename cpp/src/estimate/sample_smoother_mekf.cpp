@@ -4,8 +4,9 @@
 
 namespace liealign {
 
-template std::vector<Checkpoint<MekfModel>> filter_samples(const FlightData&, const FilterOptions&, const Belief<MekfModel>&,
-                                                     const ImuCursor&, const SampleFilterSink<MekfModel>&);
+template std::vector<Checkpoint<MekfModel>> filter_samples(const FlightData&, const FilterOptions&,
+                                                           const Belief<MekfModel>&, const ImuCursor&,
+                                                           const SampleFilterSink<MekfModel>&);
 template void smooth_samples(const FlightData&, const FilterOptions&, const std::vector<Checkpoint<MekfModel>>&,
                              const SampleSmootherSink<MekfModel>&, const Progress&);
 

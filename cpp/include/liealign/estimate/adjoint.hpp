@@ -103,10 +103,12 @@ struct Adjoint {
   // F^T M.
   template <int cols>
   static Eigen::Matrix<Scalar, Model::Dim, cols> back_over_columns(const Eigen::Matrix<Scalar, Model::Dim, cols>& M,
-                                                                   const NavTransition<Scalar>& t, const TailStep& tail) {
+                                                                   const NavTransition<Scalar>& t,
+                                                                   const TailStep& tail) {
     Eigen::Matrix<Scalar, Model::Dim, cols> out;
     out.template topRows<9>() = t.F.transpose().lazyProduct(M.template topRows<9>());
-    out.template middleRows<6>(kBa) = M.template middleRows<6>(kBa) + t.B.transpose().lazyProduct(M.template topRows<9>());
+    out.template middleRows<6>(kBa) =
+        M.template middleRows<6>(kBa) + t.B.transpose().lazyProduct(M.template topRows<9>());
     for (int i = 0; i < Model::kTailDim; ++i)
       out.row(kTail + i) = Scalar(tail.keep[static_cast<std::size_t>(i)]) * M.row(kTail + i);
     for (int i = 0; i < Model::kTailDim; ++i) {

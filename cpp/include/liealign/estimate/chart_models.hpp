@@ -112,9 +112,7 @@ struct ChartModel {
   }
 
   // H' of (Eq. 66).
-  static void error_columns(const State& X, Eigen::Matrix<double, 3, kTail>& H) {
-    H = (H * lie_from_error(X)).eval();
-  }
+  static void error_columns(const State& X, Eigen::Matrix<double, 3, kTail>& H) { H = (H * lie_from_error(X)).eval(); }
 
  private:
   static Covariance blocks(const Matrix3d& A, const Matrix3d& C) {

@@ -145,8 +145,8 @@ struct Ekf {
 
   // z, S, zeta of an observation at the belief as it is. PHt becomes P H^T.
   // Throws NumericalError when S is not positive definite.
-  Innovation<Scalar> innovate(const Belief<Model>& belief, const Sighting<Scalar>& seen, const Tall& Ht, unsigned blocks,
-                              Tall& PHt) const {
+  Innovation<Scalar> innovate(const Belief<Model>& belief, const Sighting<Scalar>& seen, const Tall& Ht,
+                              unsigned blocks, Tall& PHt) const {
     using std::isfinite;
     Innovation<Scalar> innovation;
     innovation.z = seen.z;
@@ -223,12 +223,13 @@ struct Ekf {
   static void subtract_products(Covariance& P, const Tall& K, const Tall& U) {
     for (int j = 0; j < kCore; j += 3)
       for (int i = j; i < kCore; i += 3)
-        P.template block<3, 3>(i, j) -= K.template middleRows<3>(i).lazyProduct(U.template middleRows<3>(j).transpose()) +
-                                        U.template middleRows<3>(i).lazyProduct(K.template middleRows<3>(j).transpose());
+        P.template block<3, 3>(i, j) -=
+            K.template middleRows<3>(i).lazyProduct(U.template middleRows<3>(j).transpose()) +
+            U.template middleRows<3>(i).lazyProduct(K.template middleRows<3>(j).transpose());
     if constexpr (Model::kTailDim > 0) {
       constexpr int n = Model::kTailDim;
-      P.template bottomRows<n>() -= K.template bottomRows<n>().lazyProduct(U.transpose()) +
-                                    U.template bottomRows<n>().lazyProduct(K.transpose());
+      P.template bottomRows<n>() -=
+          K.template bottomRows<n>().lazyProduct(U.transpose()) + U.template bottomRows<n>().lazyProduct(K.transpose());
     }
   }
 

@@ -20,10 +20,14 @@ struct FilterOptions {
   // Null for what no gate rejects.
   const Gate* gate_of(GateClass of) const {
     switch (of) {
-      case GateClass::position: return &gate;
-      case GateClass::velocity: return &velocity_gate;
-      case GateClass::scalar: return &scalar_gate;
-      case GateClass::none: break;
+      case GateClass::position:
+        return &gate;
+      case GateClass::velocity:
+        return &velocity_gate;
+      case GateClass::scalar:
+        return &scalar_gate;
+      case GateClass::none:
+        break;
     }
     return nullptr;
   }

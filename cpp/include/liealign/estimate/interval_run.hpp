@@ -16,9 +16,9 @@ struct RunState {
   Belief<LieModel<double, tail>> belief;
   ImuCursor at;
   ObservationMemory memory;
-  std::size_t next = 0;                // the first observation that has not updated the belief
-  bool observed = true;                // whether something was observed here, or the run starts here
-  Matrix3d root = Matrix3d::Zero();    // of the last position: what turns the tail's c into a position error in ECEF axes
+  std::size_t next = 0;              // the first observation that has not updated the belief
+  bool observed = true;              // whether something was observed here, or the run starts here
+  Matrix3d root = Matrix3d::Zero();  // of the last position: what turns the tail's c into a position error in ECEF axes
 };
 
 // An interval, from after the updates at its start to before those at its end.

@@ -64,8 +64,8 @@ struct SampleBlocks {
 struct Interval {
   double end_s = 0.0;
   Preintegrated<double> pre;
-  ImuReading end;                         // what the IMU reads at its end
-  bool bridges_gap = false;               // a gap of the log reaches into it
+  ImuReading end;            // what the IMU reads at its end
+  bool bridges_gap = false;  // a gap of the log reaches into it
 };
 
 struct IntervalSeries {

@@ -12,8 +12,8 @@ namespace liealign {
 struct Epoch {
   double t_s = 0.0;
   NavState<double> X;
-  Matrix3d P_phi = Matrix3d::Zero(), P_nu = P_phi, P_rho = P_phi;      // rad^2, (m/s)^2, m^2
-  Matrix3d P_relative = Matrix3d::Zero();                              // m^2, of the position in the receiver's datum, (Eq. 83)
+  Matrix3d P_phi = Matrix3d::Zero(), P_nu = P_phi, P_rho = P_phi;  // rad^2, (m/s)^2, m^2
+  Matrix3d P_relative = Matrix3d::Zero();        // m^2, of the position in the receiver's datum, (Eq. 83)
   Vector3d receiver_error_e = Vector3d::Zero();  // K c: p + K c is the position in the receiver's datum; ECEF, m
   Vector3d variance_b_a = Vector3d::Zero(), variance_b_g = variance_b_a;  // (m/s^2)^2, (rad/s)^2
 };

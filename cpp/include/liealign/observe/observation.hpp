@@ -66,12 +66,13 @@ inline constexpr unsigned kSeesPhi = 1, kSeesNu = 2, kSeesRho = 4, kSeesBa = 8, 
 struct Observation {
   double t_s = 0.0;  // true time, by the nominal latency of its stream
   const ObservationKind* kind = nullptr;
-  std::size_t record = 0;              // of the log it came from; of one message where several kinds share it
-  Vector3d y = Vector3d::Zero();       // as measured, in the units of the kind
-  Matrix3d R = Matrix3d::Zero();       // covariance of its white part, that of its rounding in it
-  Matrix3d root = Matrix3d::Zero();    // what a correlated error is multiplied by: for positions C_n_e times the root of the
-                                       // covariance that the file states, for velocities C_n_e; of zero rates what is
-                                       // added to their noise, rad/s
+  std::size_t record = 0;         // of the log it came from; of one message where several kinds share it
+  Vector3d y = Vector3d::Zero();  // as measured, in the units of the kind
+  Matrix3d R = Matrix3d::Zero();  // covariance of its white part, that of its rounding in it
+  Matrix3d root =
+      Matrix3d::Zero();  // what a correlated error is multiplied by: for positions C_n_e times the root of the
+                         // covariance that the file states, for velocities C_n_e; of zero rates what is
+                         // added to their noise, rad/s
   Vector3d lever_b = Vector3d::Zero();  // from the IMU to where it is seen, or the direction of a baseline
   Vector3d place_e = Vector3d::Zero();  // about where, for local axes; m
   double span_s = 0.0;                  // what it is the mean over
@@ -103,7 +104,8 @@ void see_lane_by_lane(const StateView<Lanes>& view, const Observation& observati
 // A template Kind::see<Scalar> is taken for both scalars; a plain one for doubles.
 template <typename Kind>
 constexpr ObservationKind kind_of() {
-  ObservationKind kind{Kind::kName, Kind::kRows, Kind::kGate, Kind::kAxes, Kind::kBlocks, Kind::kHasJitter, nullptr, nullptr};
+  ObservationKind kind{Kind::kName,   Kind::kRows,      Kind::kGate, Kind::kAxes,
+                       Kind::kBlocks, Kind::kHasJitter, nullptr,     nullptr};
   if constexpr (requires { &Kind::template see<Lanes>; }) {
     kind.see = &Kind::template see<double>;
     kind.see_lanes = &Kind::template see<Lanes>;
@@ -114,7 +116,9 @@ constexpr ObservationKind kind_of() {
   return kind;
 }
 
-inline void see(const StateView<double>& view, const Observation& o, Sighting<double>& out) { o.kind->see(view, o, out); }
+inline void see(const StateView<double>& view, const Observation& o, Sighting<double>& out) {
+  o.kind->see(view, o, out);
+}
 inline void see(const StateView<Lanes>& view, const Observation& o, Sighting<Lanes>& out) {
   o.kind->see_lanes(view, o, out);
 }
