@@ -40,7 +40,7 @@ LEVER_ARM_B_M = (0.1, -0.05, -0.3)
 PARKED_S = 30.0
 WHOLE_N = 200  # what the limits on the coverage are made for
 _AUTO = {"gnss.latency_s": "auto", "imu.noise_scale": "auto", "gnss.std_scale": "auto"}
-_SCALES_GIVEN = {"imu.noise_scale": 1.0, "gnss.std_scale": 1.0}
+_SCALES_GIVEN: Json = {"imu.noise_scale": 1.0, "gnss.std_scale": 1.0, "gnss.error_model": "white"}
 
 
 @dataclass(frozen=True)

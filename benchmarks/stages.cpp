@@ -108,6 +108,7 @@ Config config_from(const Options& o) {
   config.align.max_time_s = o.align_time_s;
   config.output.formats = o.formats;
   if (!o.automatic) {
+    config.gnss.error_model = "white";
     config.gnss.latency_s = 0.0;
     config.gnss.std_scale = config.imu.noise_scale = 1.0;
   }

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "floors.hpp"
+#include "liealign/core/error.hpp"
 #include "liealign/core/units.hpp"
 #include "liealign/pipeline/clock.hpp"
 #include "liealign/pipeline/flight.hpp"
@@ -26,11 +28,32 @@ ImuSeries imu_series(const Array& time_s, const Array& omega, const Array& f) {
   return imu;
 }
 
+// Heights of a barometer; none without times.
+std::vector<BaroRecord> baro_records(const OptionalArray& time_s, const OptionalArray& height_m, const OptionalArray& std_m) {
+  if (!time_s) return {};
+  const py::ssize_t n = time_s->size();
+  const double *t = rows_of(*time_s, "baro_time_s", n, false),
+               *height = optional_rows_of(height_m, "baro_height_m", n, false),
+               *std = optional_rows_of(std_m, "baro_std_m", n, false);
+  if (height == nullptr) throw InputError("baro_time_s is given without baro_height_m; expected both or neither");
+  std::vector<BaroRecord> baro(static_cast<std::size_t>(n));
+  for (std::size_t k = 0; k < baro.size(); ++k) {
+    BaroRecord& r = baro[k];
+    r.t_s = t[k];
+    r.height_m = height[k];
+    r.has_std = std != nullptr && std::isfinite(std[k]);
+    if (r.has_std) r.std_m = std[k];
+  }
+  return baro;
+}
+
 Flight flight_from_arrays(const Config& config, const Array& imu_time_s, const Array& omega_ib_b_rps,
                           const Array& f_ib_b_mps2, const Array& gnss_time_s, const Array& lat_deg,
                           const Array& lon_deg, const Array& height_m, const Array& std_p_n_m,
                           const OptionalArray& cov_p_n_m2, const OptionalArray& v_n_mps,
-                          const OptionalArray& std_v_n_mps, const OptionalArray& fix) {
+                          const OptionalArray& std_v_n_mps, const OptionalArray& fix, const OptionalArray& heading_deg,
+                          const OptionalArray& std_heading_deg, const OptionalArray& baro_time_s,
+                          const OptionalArray& baro_height_m, const OptionalArray& baro_std_m) {
   Flight flight;
   flight.config = config;
   flight.imu = imu_series(imu_time_s, omega_ib_b_rps, f_ib_b_mps2);
@@ -41,7 +64,9 @@ Flight flight_from_arrays(const Config& config, const Array& imu_time_s, const A
                *cov = optional_rows_of(cov_p_n_m2, "cov_p_n_m2", n, true),
                *v = optional_rows_of(v_n_mps, "v_n_mps", n, true),
                *std_v = optional_rows_of(std_v_n_mps, "std_v_n_mps", n, true),
-               *q = optional_rows_of(fix, "fix", n, false);
+               *q = optional_rows_of(fix, "fix", n, false),
+               *heading = optional_rows_of(heading_deg, "heading_deg", n, false),
+               *std_heading = optional_rows_of(std_heading_deg, "std_heading_deg", n, false);
   flight.gnss.resize(static_cast<std::size_t>(n));
   for (std::size_t k = 0; k < flight.gnss.size(); ++k) {
     GnssRecord& r = flight.gnss[k];
@@ -60,7 +85,13 @@ Flight flight_from_arrays(const Config& config, const Array& imu_time_s, const A
     r.has_velocity_std = r.has_velocity && std_v != nullptr;
     if (r.has_velocity_std) r.std_v_n_mps = get3(std_v + 3 * k);
     if (q != nullptr) r.fix = static_cast<int>(q[k]);
+    r.has_heading = heading != nullptr && std_heading != nullptr && std::isfinite(heading[k]);
+    if (r.has_heading) {
+      r.heading_rad = heading[k] * kDegToRad;
+      r.std_heading_rad = std_heading[k] * kDegToRad;
+    }
   }
+  flight.baro = baro_records(baro_time_s, baro_height_m, baro_std_m);
   return flight;
 }
 
@@ -133,8 +164,10 @@ void bind_raw_flight(py::module_& m) {
            py::arg("omega_ib_b_rps"), py::arg("f_ib_b_mps2"), py::arg("gnss_time_s"), py::arg("lat_deg"),
            py::arg("lon_deg"), py::arg("height_m"), py::arg("std_p_n_m"), py::arg("cov_p_n_m2") = py::none(),
            py::arg("v_n_mps") = py::none(), py::arg("std_v_n_mps") = py::none(), py::arg("fix") = py::none(),
-           "From arrays: times (n,), vectors (n, 3), NED; covariances (n, 3) are NE, ND, ED. A row of v_n_mps that is "
-           "NaN has none.\n\n"
+           py::arg("heading_deg") = py::none(), py::arg("std_heading_deg") = py::none(),
+           py::arg("baro_time_s") = py::none(), py::arg("baro_height_m") = py::none(), py::arg("baro_std_m") = py::none(),
+           "From arrays: times (n,), vectors (n, 3), NED; covariances (n, 3) are NE, ND, ED. A row of v_n_mps or "
+           "heading_deg that is NaN has none.\n\n"
            "Only shapes are checked here (InputError); liealign.flight_from_arrays checks the values too.")
       .def_readonly("config", &Flight::config)
       .def(
@@ -207,6 +240,15 @@ void bind_flight(py::module_& m) {
             return array;
           },
           "The antenna as each row of the GNSS log has it, ECEF (n, 3) [m].")
+      .def_property_readonly(
+          "fix_std_p_n_m",
+          [](const PreparedFlight& f) {
+            py::array_t<double> array({static_cast<py::ssize_t>(f.gnss.size()), py::ssize_t{3}});
+            double* to = array.mutable_data();
+            for (std::size_t i = 0; i < f.gnss.size(); ++i) put3(to + 3 * i, f.gnss[i].P_n_m2.diagonal().cwiseSqrt());
+            return array;
+          },
+          "The sigma that each row of the GNSS log states, NED (n, 3) [m].")
       .def_readonly("t_begin_s", &PreparedFlight::t_begin_s, "The run begins: start of the first rest.")
       .def_property_readonly(
           "t_start_s", [](const PreparedFlight& f) { return f.problem.t_start_s; },

@@ -65,7 +65,7 @@ from liealign.flight import flight_from_arrays, make_config, read_config, read_f
 from liealign.ranking import FilterRank, rank_by_p_rms
 from liealign.report import report_html, write_report
 from liealign.simulation import simulate_along
-from liealign.solution import Alignment, Innovations, Solution, Trajectory
+from liealign.solution import Alignment, Innovations, Receiver, Solution, Trajectory
 from liealign.track import Track, read_trajectory
 
 __all__ = [
@@ -93,6 +93,7 @@ __all__ = [
     "InputError",
     "NumericalError",
     "PreparedFlight",
+    "Receiver",
     "SimulatedFlight",
     "Solution",
     "Track",

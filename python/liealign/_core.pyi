@@ -275,6 +275,11 @@ class Flight:
         v_n_mps: ArrayLike | None = ...,
         std_v_n_mps: ArrayLike | None = ...,
         fix: ArrayLike | None = ...,
+        heading_deg: ArrayLike | None = ...,
+        std_heading_deg: ArrayLike | None = ...,
+        baro_time_s: ArrayLike | None = ...,
+        baro_height_m: ArrayLike | None = ...,
+        baro_std_m: ArrayLike | None = ...,
     ) -> None: ...
     @property
     def config(self) -> Config: ...
@@ -341,6 +346,8 @@ class PreparedFlight:
     @property
     def fix_p_ea_e_m(self) -> Array: ...
     @property
+    def fix_std_p_n_m(self) -> Array: ...
+    @property
     def t_begin_s(self) -> float: ...
     @property
     def t_start_s(self) -> float: ...
@@ -379,6 +386,7 @@ class TrajectoryColumns(TypedDict):
     std_p_n_m: Array
     std_v_n_mps: Array
     std_rpy_deg: Array
+    relative_std_p_n_m: Array
     std_b_a_mps2: Array
     std_b_g_rps: Array
     p_eb_e_m: Array
@@ -609,11 +617,6 @@ class BaroErrors:
         bias_sigma_m: float = ...,
         bias_correlation_time_s: float = ...,
     ) -> None: ...
-
-class BaroColumns(TypedDict):
-    time_s: Array
-    height_m: Array
-    std_m: Array
 
 class SimulatedFlight:
     @property

@@ -38,8 +38,12 @@ _GAP_INTERVALS = 3.0
 class ChannelError:
     """The errors of one channel over the epochs compared; 95 % and maximum are of their size, mean is signed.
 
-    The last three are None where the trajectory states no sigma: the share of errors inside one and two sigma
+    The next three are None where the trajectory states no sigma: the share of errors inside one and two sigma
     (68 % and 95 % for normal errors), and the rms of error over sigma (1 where the sigma is true).
+
+    `rms_relative_sigma` is the stated sigma in the receiver's own datum, of north, east and down where the
+    trajectory states it. It is of another error than the one compared, hence without a ratio: what lasts over
+    many fixes moves a trajectory as a whole, and only what is left of it is relative.
     """
 
     name: str
@@ -51,6 +55,7 @@ class ChannelError:
     within_1_sigma: float | None
     within_2_sigma: float | None
     rms_over_sigma: float | None
+    rms_relative_sigma: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,11 +147,15 @@ def compare(
         ]
     )
     std = np.hstack([f.std_p_n_m, f.std_v_n_mps, f.std_rpy_deg])[whole]
+    relative = np.hstack([f.relative_std_p_n_m[whole], np.full((time_s.size, 6), np.nan)])
     names = ("north", "east", "down", "vn", "ve", "vd", "roll", "pitch", "heading")
     units = ("m", "m/s", "deg")
-    channels = [_channel(name, units[k // 3], errors[:, k], std[:, k]) for k, name in enumerate(names)]
+    channels = [
+        _channel(name, units[k // 3], errors[:, k], std[:, k], relative[:, k]) for k, name in enumerate(names)
+    ]
     horizontal = np.hypot(errors[:, 0], errors[:, 1])
-    channels.insert(3, _channel("horizontal", "m", horizontal, np.full_like(horizontal, np.nan)))
+    absent = np.full_like(horizontal, np.nan)
+    channels.insert(3, _channel("horizontal", "m", horizontal, absent, absent))
     return Comparison(
         begin_time_s=float(time_s[0]),
         end_time_s=float(time_s[-1]),
@@ -222,10 +231,11 @@ def _at(truth: Track, time_s: Array) -> tuple[Array, Array, Array]:
     return position, velocity, attitude
 
 
-def _channel(name: str, unit: str, error: Array, std: Array) -> ChannelError:
+def _channel(name: str, unit: str, error: Array, std: Array, relative_std: Array) -> ChannelError:
     size = np.abs(error)
     stated = std > 0
     ratio = size[stated] / std[stated]
+    relative = relative_std[np.isfinite(relative_std)]
     return ChannelError(
         name=name,
         unit=unit,
@@ -236,4 +246,5 @@ def _channel(name: str, unit: str, error: Array, std: Array) -> ChannelError:
         within_1_sigma=float((ratio <= 1.0).mean()) if ratio.size else None,
         within_2_sigma=float((ratio <= 2.0).mean()) if ratio.size else None,
         rms_over_sigma=float(np.sqrt((ratio**2).mean())) if ratio.size else None,
+        rms_relative_sigma=float(np.sqrt((relative**2).mean())) if relative.size else None,
     )

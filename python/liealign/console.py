@@ -79,6 +79,11 @@ def print_comparison(comparison: Comparison) -> None:
     print_table(table)
     if any(e.rms_over_sigma is not None for e in c.channels):
         say("", "rms/sigma is 1 where the stated sigma is true, above 1 where it is too small")
+    relative = [
+        f"{e.name} {e.rms_relative_sigma:.4f} m" for e in c.channels if e.rms_relative_sigma is not None
+    ]
+    if relative:
+        say("", f"sigma in the receiver's own datum, of another error than these: {', '.join(relative)}")
 
 
 def print_truth(

@@ -20,6 +20,18 @@ from liealign.toml_entries import read_toml_entries
 if TYPE_CHECKING:
     from liealign._core import Entry
 
+# Arrays of times, of standard deviations, those that may hold NaN, and those that need another.
+_TIMES = ("imu_time_s", "gnss_time_s", "baro_time_s")
+_SIGMAS = ("std_p_n_m", "std_v_n_mps", "std_heading_deg", "baro_std_m")
+_MAY_LACK = ("heading_deg", "std_heading_deg")
+_NEEDS = {
+    "std_v_n_mps": "v_n_mps",
+    "heading_deg": "std_heading_deg",
+    "std_heading_deg": "heading_deg",
+    "baro_time_s": "baro_height_m",
+    "baro_height_m": "baro_time_s",
+    "baro_std_m": "baro_height_m",
+}
 FILE_KEYS = ("imu.file", "gnss.file", "baro.file")
 
 
@@ -112,9 +124,14 @@ def flight_from_arrays(
     v_n_mps: ArrayLike | None = None,
     std_v_n_mps: ArrayLike | None = None,
     fix: ArrayLike | None = None,
+    heading_deg: ArrayLike | None = None,
+    std_heading_deg: ArrayLike | None = None,
+    baro_time_s: ArrayLike | None = None,
+    baro_height_m: ArrayLike | None = None,
+    baro_std_m: ArrayLike | None = None,
     config: Config | Mapping[str, Any] | None = None,
 ) -> Flight:
-    """Make a flight from numpy arrays: n IMU samples, m fixes.
+    """Make a flight from numpy arrays: n IMU samples, m fixes, k heights of a barometer.
 
     Parameters
     ----------
@@ -134,6 +151,12 @@ def flight_from_arrays(
         (m, 3) velocity north, east, down [m/s] and its standard deviation.
     fix
         (m,) quality as RTKLIB's Q; see `gnss.accept_fix`.
+    heading_deg, std_heading_deg
+        (m,) direction of a dual antenna's baseline, clockwise from true north, and its standard deviation
+        [deg], NaN where a fix has none; see `gnss.heading_offset_deg`.
+    baro_time_s, baro_height_m, baro_std_m
+        (k,) times [s], increasing, on the scale of the IMU; heights of a barometer [m], positive up, above a
+        level of its own; their standard deviation [m], without it `baro.std_m`.
     config
         A Config, or keys such as {"gnss.lever_arm_b_m": [0.1, -0.05, -0.3]}.
 
@@ -144,7 +167,17 @@ def flight_from_arrays(
     ConfigError
         For a key or value of `config` that cannot be used.
     """
-    optional = {"cov_p_n_m2": cov_p_n_m2, "v_n_mps": v_n_mps, "std_v_n_mps": std_v_n_mps, "fix": fix}
+    optional = {
+        "cov_p_n_m2": cov_p_n_m2,
+        "v_n_mps": v_n_mps,
+        "std_v_n_mps": std_v_n_mps,
+        "fix": fix,
+        "heading_deg": heading_deg,
+        "std_heading_deg": std_heading_deg,
+        "baro_time_s": baro_time_s,
+        "baro_height_m": baro_height_m,
+        "baro_std_m": baro_std_m,
+    }
     arrays: dict[str, NDArray[np.float64]] = {
         name: _array(name, value)
         for name, value in {
@@ -160,16 +193,22 @@ def flight_from_arrays(
         }.items()
     }
     lat, lon = arrays["lat_deg"], arrays["lon_deg"]
-    for name in ("imu_time_s", "gnss_time_s"):
+    for name in (name for name in _TIMES if name in arrays):
         later = np.diff(arrays[name], prepend=-np.inf) > 0
         _check(name, arrays[name], later, "a time later than the one before")
     _check("lat_deg", lat, np.abs(lat) <= 90, "a number from -90 to 90")
     _check("lon_deg", lon, (lon >= -180) & (lon <= 360), "a number from -180 to 360")
-    for name in {"std_p_n_m", "std_v_n_mps"} & arrays.keys():
-        _check(name, arrays[name], arrays[name] > 0, "a number above 0")
-    if std_v_n_mps is not None and v_n_mps is None:
-        raise InputError("std_v_n_mps is given without v_n_mps; expected both or neither")
+    for name in (name for name in _SIGMAS if name in arrays):
+        _check(name, arrays[name], ~(arrays[name] <= 0), "a number above 0")
+    for name, other in _NEEDS.items():
+        if name in arrays and other not in arrays:
+            raise InputError(f"{name} is given without {other}; expected both or neither")
     made = config if isinstance(config, Config) else make_config(config)
+    if "heading_deg" in arrays:
+        both = np.isnan(arrays["heading_deg"]) == np.isnan(arrays["std_heading_deg"])
+        _check(
+            "std_heading_deg", arrays["std_heading_deg"], both, "NaN where heading_deg is, and nowhere else"
+        )
     flight = Flight(config=made, **arrays)
     _check_covariance(flight)
     return flight
@@ -182,7 +221,8 @@ def _array(name: str, value: ArrayLike) -> NDArray[np.float64]:
         raise InputError(f"{name} is not an array of numbers; expected float64, (n,) or (n, 3)") from None
     if array.ndim not in (1, 2) or array.shape[0] == 0:
         raise InputError(f"{name} has shape {array.shape}; expected (n,) or (n, 3) with at least one row")
-    _check(name, array, np.isfinite(array), "a finite number")
+    good = ~np.isinf(array) if name in _MAY_LACK else np.isfinite(array)
+    _check(name, array, good, "a finite number")
     return array
 
 

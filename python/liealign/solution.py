@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,7 +36,8 @@ class Alignment:
     start
         How the run starts: static or moving.
     gnss_latency_s, gnss_latency_std_s
-        Of the GNSS stamps, t_true = time_s - latency; its sigma is None where it was given.
+        Of the GNSS stamps, t_true = time_s - latency; its sigma is None where it was given. One latency for
+        positions and velocities; the final run tells them apart (`Solution.receiver`).
     evaluations
         Candidate filters that were run.
     mean_deg
@@ -139,6 +140,9 @@ class Trajectory:
         (n, 3) roll, pitch, heading (ZYX, body to NED); heading in [0, 360).
     std_p_n_m, std_v_n_mps, std_rpy_deg
         (n, 3) one sigma of position NED, velocity NED, roll, pitch, heading.
+    relative_std_p_n_m
+        (n, 3) one sigma of the position in the receiver's own datum, NED: without the error that lasts over
+        many fixes (Eq. 83). Equal to std_p_n_m where `gnss.error_model` is white.
     b_a_mps2, b_g_rps, std_b_a_mps2, std_b_g_rps
         (n, 3) accelerometer and gyro biases in body axes, and one sigma.
     p_eb_e_m, v_eb_e_mps
@@ -156,6 +160,7 @@ class Trajectory:
     std_p_n_m: Array = field(repr=False)
     std_v_n_mps: Array = field(repr=False)
     std_rpy_deg: Array = field(repr=False)
+    relative_std_p_n_m: Array = field(repr=False)
     b_a_mps2: Array = field(repr=False)
     b_g_rps: Array = field(repr=False)
     std_b_a_mps2: Array = field(repr=False)
@@ -199,6 +204,7 @@ class Trajectory:
             (self.std_p_n_m, ("std_n_m", "std_e_m", "std_d_m")),
             (self.std_v_n_mps, ("std_vn_mps", "std_ve_mps", "std_vd_mps")),
             (self.std_rpy_deg, ("std_roll_deg", "std_pitch_deg", "std_heading_deg")),
+            (self.relative_std_p_n_m, ("relative_std_n_m", "relative_std_e_m", "relative_std_d_m")),
         ]
         for array, names in groups:
             columns |= {name: array[:, i] for i, name in enumerate(names)}
@@ -246,6 +252,47 @@ class Innovations:
         return _frame(columns)
 
 
+@dataclass(frozen=True)
+class Receiver:
+    """What the final run found of the GNSS receiver (Eq. 84); docs/gnss-errors.md says what is behind it.
+
+    Attributes
+    ----------
+    latency_s, latency_std_s
+        Of the stamps of positions, t_true = time_s - latency; the sigma is None where it was given.
+    velocity_latency_s, velocity_latency_std_s
+        The same of velocities.
+    latency_model_spread_s
+        By how much the latency of positions differs between models that nobody can rule out.
+    stamp_jitter_s
+        One sigma of what is random in the stamps.
+    white_std_scale
+        White part of a position, in units of the sigma that the file states.
+    correlation_time_s, smoothing_time_s
+        How long the other part lasts, and over how long the receiver smooths it; 0: not at all.
+    velocity_correlated_std_mps
+        One sigma of the velocity error that lasts; 0: none.
+    """
+
+    latency_s: float
+    latency_std_s: float | None
+    velocity_latency_s: float
+    velocity_latency_std_s: float | None
+    latency_model_spread_s: float
+    stamp_jitter_s: float
+    white_std_scale: float
+    correlation_time_s: float
+    smoothing_time_s: float
+    velocity_correlated_std_mps: float
+
+    @classmethod
+    def of(cls, summary: dict[str, Any]) -> Receiver | None:
+        """Take it from the content of summary.json; None where its errors were taken for white."""
+        if summary.get("gnss_error_model") != "correlated":
+            return None
+        return cls(**{f.name: summary[f"gnss_{f.name}"] for f in fields(cls)})
+
+
 @dataclass(frozen=True, eq=False)
 class Solution(Trajectory):
     """The smoothed trajectory, with the forward filter's where `output.filtered` asks for it.
@@ -256,6 +303,8 @@ class Solution(Trajectory):
         The forward filter alone, or None.
     innovations
         What became of each fix.
+    receiver
+        What was found of the receiver; None where `gnss.error_model` is white.
     summary
         The content of summary.json: one number per key, units in the keys.
     warnings
@@ -271,6 +320,11 @@ class Solution(Trajectory):
     def warnings(self) -> list[str]:
         """One sentence each."""
         return list(self.summary["warnings"])
+
+    @property
+    def receiver(self) -> Receiver | None:
+        """What was found of the receiver; None where its errors were taken for white."""
+        return Receiver.of(self.summary)
 
     @classmethod
     def from_engine(

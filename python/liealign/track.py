@@ -39,6 +39,8 @@ _STD = tuple(
         *(("roll_deg", "deg"), ("pitch_deg", "deg"), ("heading_deg", "deg")),
     )
 )
+_RELATIVE_STD = tuple((f"relative_std_{axis}_m", "m", 0.0, _INF) for axis in "ned")
+_SIGMAS = (*_STD, *_RELATIVE_STD)
 _SBET_ENDINGS = {".sbet", ".out"}
 
 
@@ -58,6 +60,8 @@ class Track:
         (n, 3) roll, pitch, heading (ZYX, body to NED).
     std_p_n_m, std_v_n_mps, std_rpy_deg
         (n, 3) one sigma of position NED, velocity NED, roll, pitch, heading; NaN where none is stated.
+    relative_std_p_n_m
+        (n, 3) one sigma of the position in the receiver's own datum, NED; NaN where none is stated.
     name
         Of the file, for messages.
     """
@@ -71,6 +75,7 @@ class Track:
     std_p_n_m: Array = field(repr=False)
     std_v_n_mps: Array = field(repr=False)
     std_rpy_deg: Array = field(repr=False)
+    relative_std_p_n_m: Array = field(repr=False)
     name: str = ""
 
     @classmethod
@@ -90,7 +95,7 @@ class Track:
             return read_trajectory(source)
         arrays = source if isinstance(source, Mapping) else getattr(source, "__dict__", {})
         names = [f.name for f in fields(cls) if f.name != "name"]
-        lacking = [name for name in names if name not in arrays and not name.startswith("std_")]
+        lacking = [name for name in names if name not in arrays and "std_" not in name]
         if lacking:
             raise TypeError(f"a {type(source).__name__} is no trajectory: {', '.join(lacking)} missing")
         absent = np.full((len(arrays["time_s"]), 3), np.nan)
@@ -112,7 +117,9 @@ def read_trajectory(path: str | PathLike[str]) -> Track:
         if file.is_dir():
             raise InputError(f"{path}: is a folder; name the file in it, such as {file / 'trajectory.csv'}")
         if file.suffix.lower() in _SBET_ENDINGS:
-            return Track(**read_sbet(file), name=str(path))
+            arrays = read_sbet(file)
+            absent = np.full_like(arrays["std_p_n_m"], np.nan)
+            return Track(**arrays, relative_std_p_n_m=absent, name=str(path))
         return _read_csv(file)
     except OSError as error:
         raise InputError(f"{error.filename or path}: cannot be read: {error.strerror}") from None
@@ -143,13 +150,13 @@ def _read_csv(path: Path) -> Track:
         raise InputError(f"{path}: the file is empty; expected the header {wanted}")
     header_line, header = rows[0][0], [cell.strip() for cell in rows[0][1]]
     where = f"{path}:{header_line}"
-    for name, *_ in (*_STATE, *_STD):
+    for name, *_ in (*_STATE, *_SIGMAS):
         if header.count(name) > 1:
             raise InputError(f"{where}:{_last(header, name)}: column {name} is there twice; expected it once")
     for name, unit, *_ in _STATE:
         if name not in header:
             raise InputError(f"{where}:1: column {name} [{unit}] is missing; expected the columns {wanted}")
-    columns = [column for column in (*_STATE, *_STD) if column[0] in header]
+    columns = [column for column in (*_STATE, *_SIGMAS) if column[0] in header]
     at = [header.index(column[0]) for column in columns]
     if len(rows) == 1:
         raise InputError(f"{where}:1: no row follows the header; expected at least one row of numbers")
@@ -175,7 +182,7 @@ def _last(header: list[str], name: str) -> int:
 def _cell(path: Path, line: int, row: list[str], k: int, column: tuple[str, str, float, float]) -> float:
     """Return the number; NaN for a sigma that is not stated."""
     text = row[k].strip()
-    if not text and column in _STD:
+    if not text and column in _SIGMAS:
         return math.nan
     try:
         return float(text)
@@ -204,7 +211,7 @@ def _check(
     bad: NDArray[np.bool_] = np.zeros(table.shape, dtype=np.bool_)
     for k, column in enumerate(columns):
         good = np.isfinite(table[:, k]) & (table[:, k] >= column[2]) & (table[:, k] <= column[3])
-        if column in _STD:  # NaN stands for an empty cell; the word itself is refused
+        if column in _SIGMAS:  # NaN stands for an empty cell; the word itself is refused
             texts = (rows[i + 1][1][at[k]] for i in np.flatnonzero(~good))
             good[~good] = [not text.strip() for text in texts]
         bad[:, k] = ~good
@@ -237,5 +244,6 @@ def _track(path: Path, columns: dict[str, Array]) -> Track:
         std_p_n_m=stacked("std_n_m", "std_e_m", "std_d_m"),
         std_v_n_mps=stacked("std_vn_mps", "std_ve_mps", "std_vd_mps"),
         std_rpy_deg=stacked("std_roll_deg", "std_pitch_deg", "std_heading_deg"),
+        relative_std_p_n_m=stacked(*(column[0] for column in _RELATIVE_STD)),
         name=str(path),
     )

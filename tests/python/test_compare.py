@@ -37,6 +37,7 @@ def track(n: int = 101, dt: float = 0.1, **changes: Any) -> Track:
         "std_p_n_m": 0.1 * ones,
         "std_v_n_mps": 0.2 * ones,
         "std_rpy_deg": 0.5 * ones,
+        "relative_std_p_n_m": 0.02 * ones,
     }
     return Track(**(columns | changes))
 

@@ -197,8 +197,7 @@ void warn(const Flight& flight, PreparedFlight& out) {
 }
 
 // The classical models and the papers' mechanization have no room for a receiver's own errors.
-void check_error_model(const Config& config) {
-  const bool has_baro = !config.baro.file.empty();
+void check_error_model(const Config& config, bool has_baro) {
   if (config.gnss.error_model != "correlated" && !has_baro) return;
   const FilterConfig& f = config.filter;
   const std::string why = f.model != "lie"             ? "filter.model is \"" + f.model + "\""
@@ -207,7 +206,7 @@ void check_error_model(const Config& config) {
                                                        : "";
   if (why.empty()) return;
   throw ConfigError(
-      has_baro ? "baro.file is given and " + why + ", which carries no drifting bias; drop baro.file, or drop the latter"
+      has_baro ? "a barometer is given (baro.file) and " + why + ", which carries no drifting bias; drop the one or the other"
                : "gnss.error_model is \"correlated\" and " + why +
                      ", which carries no errors of the receiver; set gnss.error_model to \"white\", or drop it");
 }
@@ -268,7 +267,7 @@ Flight read_flight(const Config& config) {
 PreparedFlight prepare_flight(Flight flight) {
   const Config& config = flight.config;
   check_guess(config.align);
-  check_error_model(config);
+  check_error_model(config, !flight.baro.empty() || !config.baro.file.empty());
   PreparedFlight out;
   out.config = config;
   out.warnings = flight.warnings;

@@ -8,6 +8,7 @@
 #include "liealign/core/units.hpp"
 #include "liealign/earth/geodesy.hpp"
 #include "liealign/earth/wgs84.hpp"
+#include "liealign/ins/receiver_log.hpp"
 #include "liealign/simulate/gauss_markov.hpp"
 #include "liealign/simulate/sensors.hpp"
 #include "sensor_checks.hpp"
@@ -207,6 +208,18 @@ GnssErrors without_random_errors(const GnssErrors& errors) {
   return none;
 }
 
+namespace {
+
+// RTKLIB's Q of a receiver that states such sigmas.
+int quality(const GnssRecord& record) {
+  GnssRecord without = record;
+  without.fix = -1;
+  const FixClass is = fix_class(without);
+  return is == FixClass::fixed ? 1 : is == FixClass::other ? 2 : 5;
+}
+
+}  // namespace
+
 std::vector<GnssRecord> simulate_gnss(const Truth& truth, const GnssErrors& errors, std::uint64_t seed) {
   check(truth);
   check(errors);
@@ -230,7 +243,7 @@ std::vector<GnssRecord> simulate_gnss(const Truth& truth, const GnssErrors& erro
     if (errors.arrival_delay_s > 0.0 && !records.empty())
       record.t_s = std::max(record.t_s, records.back().t_s + kMessage_s);
     record.P_n_m2 = P_n_m2;
-    record.fix = 1;
+    record.fix = quality(record);
     put_position(record, antenna, drawn[n], steps);
     if (errors.velocity) put_velocity(record, antenna_at(truth, errors.l_ba_b, velocity_t_s), drawn[n], errors);
     if (errors.heading) put_heading(record, antenna, drawn[n], errors);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -77,8 +77,15 @@ def _bounds(value: Array, std: Array) -> tuple[float, float]:
 def sigma_figure(review: Review) -> Figure:
     """Stated sigmas of position, velocity and attitude, each on a log axis."""
     s = review.solution
+    position = [Panel("position, m", components(review, s.std_p_n_m, _NED, "m"), scale="log")]
+    if review.receiver is not None:
+        relative = components(review, s.relative_std_p_n_m, _NED, "m")
+        position = [
+            replace(position[0], label="position against the Earth, m"),
+            Panel("position in the receiver's own datum, m (what blurs an image)", relative, scale="log"),
+        ]
     panels = [
-        Panel("position, m", components(review, s.std_p_n_m, _NED, "m"), scale="log"),
+        *position,
         Panel("velocity, m/s", components(review, s.std_v_n_mps, _NED, "m/s"), scale="log"),
         Panel(
             "attitude, deg",

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from liealign import _core
 from liealign.frames import ned_rows
-from liealign.solution import Alignment, Array, Solution, Trajectory
+from liealign.solution import Alignment, Array, Receiver, Solution, Trajectory
 
 UPDATES = ("used", "weighted", "rejected", "reacquired")
 # Of a chi-square variable with three degrees of freedom.
 NIS_MEDIAN, NIS_90 = 2.366, 6.251
+_KNOWS_NOTHING = 30.0  # a residual's sigma, in usual ones, from which on it is no residual
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,12 +106,26 @@ class Review:
         return self.alignment.verdict in ("aligned", "weak")
 
     @property
+    def receiver(self) -> Receiver | None:
+        """What the final run found of the receiver; None where its errors were taken for white."""
+        return self.solution.receiver
+
+    @property
+    def stated_std_m(self) -> tuple[float, float]:
+        """Usual sigma that the GNSS log states, horizontal and down, as the run took it [m]."""
+        std = self.summary["gnss_std_scale"] * self.prepared.fix_std_p_n_m
+        return float(np.median(np.hypot(std[:, 0], std[:, 1]))), float(np.median(std[:, 2]))
+
+    @property
     def mismatch(self) -> tuple[str, float] | None:
         """Which residuals are how many times larger than modelled, by the alignment's own measure.
 
         None where they are not: the limit is that of the engine's warning, what the chance of some tens of
-        fixes makes.
+        fixes makes. None as well where the run models the errors of the receiver: that measure is of the
+        alignment, which takes them for white.
         """
+        if self.receiver is not None:
+            return None
         scale, of = max((self.facts[f"gate_scale_{word}"], word) for word in ("position", "velocity"))
         return (of, math.sqrt(scale)) if scale > 2.0 else None
 
@@ -163,9 +178,14 @@ def make_review(
         std_rpy_deg=std_rpy,
         filtered=events[0] if events else None,
         smoothed=events[1] if events else None,
-        position=_residuals(solution, "p", "position", "m", facts["gate_scale_position"]),
-        velocity=_residuals(solution, "v", "velocity", "m/s", facts["gate_scale_velocity"]),
+        position=_residuals(solution, "p", "position", "m", _opened(solution, facts, "position")),
+        velocity=_residuals(solution, "v", "velocity", "m/s", _opened(solution, facts, "velocity")),
     )
+
+
+def _opened(solution: Solution, facts: dict[str, Any], of: str) -> float:
+    """Return the factor on the outlier threshold; with a model of the receiver it stays as it is."""
+    return float(facts[f"gate_scale_{of}"]) if solution.receiver is None else 1.0
 
 
 def _events(solution: Solution) -> list[_core.TrajectoryColumns]:
@@ -182,6 +202,8 @@ def _residuals(solution: Solution, letter: str, of: str, unit: str, gate_scale: 
     seen = np.isfinite(nis) & np.isfinite(res).all(axis=1) & np.isfinite(std).all(axis=1)
     if not seen.any():
         return None
+    # With a model of the receiver the first fix says where the run is: what is predicted of it is nothing.
+    seen &= std.max(axis=1, initial=0.0) < _KNOWS_NOTHING * np.median(std[seen].max(axis=1))
     return Residuals(of, unit, gate_scale, i.time_s[seen], res[seen], std[seen], nis[seen], verdict[seen])
 
 

@@ -54,14 +54,19 @@ def _map(page: Page, review: Review) -> None:
     what = "the point that [output] names" if review.moved_output else "the IMU"
     text = f"Smoothed trajectory of {what} and the fixes of the antenna, in metres from the first epoch. "
     if review.alignment.heading_std_deg is not None:
-        text += "The arrow is the heading at the start."
+        text += "The arrow is the heading at the start. "
+    if review.receiver is not None:
+        text += (
+            "The trajectory need not pass through the fixes: of the error that they have in common, what the "
+        )
+        text += "flight shows is taken out."
     extra = [(_LINE, TRACK, "smoothed trajectory")]
     if review.alignment.heading_std_deg is not None:
         extra.append(("➝", INK, "heading at the start"))
     page.section(
         "map",
         "Map",
-        p(text),
+        p(text.rstrip()),
         page.figure("map", motion.map_figure(review), "Map of trajectory and fixes", time=False),
         tables.verdict_key(verdicts, extra),
     )
@@ -132,11 +137,14 @@ def _residuals(page: Page, review: Review) -> None:
 def _residuals_of(page: Page, review: Review, residuals: Residuals) -> None:
     of = residuals.of
     verdict = words.noise_finding(residuals)
+    measured = "Measured minus predicted by the forward filter, before the fix is used."
+    if review.receiver is not None and of == "position":
+        measured += " The first fix, which tells the run where it is, is left out."
     bounds = [(_AREA, "#c3cad0", "one sigma of the residual"), (_AREA, "#e3e7ea", "three sigma")]
     page.section(
         f"residuals-{of}",
         f"Residuals, {of}",
-        p("Measured minus predicted by the forward filter, before the fix is used."),
+        p(measured),
         p(verdict.text),
         page.figure(
             f"residuals-{of}", fixes.residual_figure(review, residuals), f"Residuals of the {of} over time"
@@ -148,6 +156,19 @@ def _residuals_of(page: Page, review: Review, residuals: Residuals) -> None:
         page.figure(f"nis-{of}", fixes.nis_figure(review, residuals), f"NIS of the {of} over time"),
         tables.verdict_key(residuals.verdict, _nis_key(review, residuals)),
     )
+
+
+def _receiver(page: Page, review: Review) -> None:
+    title, found = "GNSS receiver", review.receiver
+    if found is None:
+        text = (
+            "The errors of the fixes were taken for independent from fix to fix (white), with one latency "
+            f"for positions and velocities: {words.latency_text(review)}."
+        )
+        page.section("receiver", title, p(text))
+        return
+    text = f"{words.receiver_model(found)} What was found from the flight, and what the file says:"
+    page.section("receiver", title, p(text), tables.receiver_table(review, found))
 
 
 def _arrow_key(residuals: Residuals) -> list[tuple[str, str, str]]:
@@ -276,13 +297,12 @@ def _filter(page: Page, review: Review) -> None:
 
 
 def _sigmas(page: Page, review: Review) -> None:
+    text = "One sigma of the smoothed trajectory as the smoother states it; log axes. They rise where "
+    text += "fixes are missing."
     page.section(
         "sigmas",
         "Stated standard deviations",
-        p(
-            "One sigma of the smoothed trajectory as the smoother states it; log axes. They rise where "
-            "fixes are missing."
-        ),
+        p(text),
         page.figure("sigmas", accuracy.sigma_figure(review), "Standard deviations over time"),
         tables.key(_NED_KEY),
         tables.key(_RPY_KEY),
@@ -296,7 +316,15 @@ def _accuracy(page: Page, review: Review) -> None:
             f" The {review.mismatch[0]} residuals are {significant(review.mismatch[1])} times as large as "
             "modelled; take these numbers as too small by about that factor."
         )
-    page.section("accuracy", "Accuracy summary", p(text), tables.accuracy_table(review))
+    parts = [p(text)]
+    if review.receiver is not None:
+        two = (
+            "A position has two sigmas. Against the Earth: how far the whole trajectory may be off, which "
+            "the receiver's lasting error decides. In the receiver's own datum: how far the trajectory is "
+            "bent in itself, which is what blurs an image (SAR, lidar, photogrammetry)."
+        )
+        parts += [p(two), p(words.absolute_accuracy(review))]
+    page.section("accuracy", "Accuracy summary", *parts, tables.accuracy_table(review))
 
 
 def _run(page: Page, review: Review) -> None:
@@ -328,6 +356,7 @@ SECTIONS: tuple[Callable[[Page, Review], None], ...] = (
     _velocity,
     _biases,
     _residuals,
+    _receiver,
     _heading,
     _filter,
     _sigmas,

@@ -168,11 +168,14 @@ def _axis(**more: Any) -> Figure:
     }
 
 
-def _log_ticks(panel: Panel) -> str | int:
-    """Return ticks at 1, 2, 5 of each decade where there are few decades, else at the decades."""
+def _log_axis(panel: Panel) -> Figure:
+    """Return a log axis, its ticks by its decades; within a small part of one, a linear axis."""
     values = np.concatenate([unpacked(trace["y"]) for trace in panel.traces] or [np.ones(1)])
     values = values[np.isfinite(values) & (values > 0.0)]
-    return 1 if values.size and values.max() > 60.0 * values.min() else "D2"
+    ratio = float(values.max() / values.min()) if values.size else 1.0
+    if ratio < 3.0 and not panel.lines and panel.bounds is None:
+        return {"type": "linear", "rangemode": "tozero"}
+    return {"tickformat": "~g", "dtick": 1 if ratio > 60.0 else "D2" if ratio > 10.0 else "D1"}
 
 
 def stack(panels: Sequence[Panel], x_title: str, x_range: Sequence[float]) -> Figure:
@@ -185,7 +188,7 @@ def stack(panels: Sequence[Panel], x_title: str, x_range: Sequence[float]) -> Fi
         y = "y" if i == 0 else f"y{i + 1}"
         axis = _axis(domain=[(top - panel.px) / inner, top / inner], type=panel.scale, nticks=6)
         if panel.scale == "log":
-            axis |= {"tickformat": "~g", "dtick": _log_ticks(panel)}
+            axis |= _log_axis(panel)
         if panel.bounds:
             axis["range"] = list(panel.bounds)
         layout[f"yaxis{i + 1}" if i else "yaxis"] = axis

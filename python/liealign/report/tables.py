@@ -9,10 +9,24 @@ import numpy as np
 
 from liealign.report.review import NIS_90, Residuals, Review
 from liealign.report.verdicts import MARKS
-from liealign.report.words import Finding, counted, duration, latency_text, percent, scale_text, significant
-from liealign.solution import Array
+from liealign.report.words import (
+    Finding,
+    as_exact_as,
+    counted,
+    duration,
+    latency_text,
+    percent,
+    scale_text,
+    significant,
+)
+from liealign.solution import Array, Receiver
 
-_SIGNS = {"good": ("✓", "fine"), "look": ("!", "look at this"), "bad": ("✕", "wrong")}
+_SIGNS = {
+    "good": ("✓", "fine"),
+    "fact": ("i", "to know"),
+    "look": ("!", "look at this"),
+    "bad": ("✕", "wrong"),
+}
 
 
 def sentences(texts: Iterable[str]) -> str:
@@ -49,8 +63,7 @@ def tiles(review: Review) -> str:
             "–" if s["nis_90"] is None else significant(s["nis_90"]),
             f"{NIS_90:.2f} expected",
         ),
-        ("Horizontal sigma", _with_unit(s["median_std_horizontal_m"], "m"), "median, stated"),
-        ("Vertical sigma", _with_unit(s["median_std_down_m"], "m"), "median, stated"),
+        *_position_tiles(review),
         (
             "Roll, pitch sigma",
             f"{significant(s['median_std_roll_deg'])}, {significant(s['median_std_pitch_deg'])}°",
@@ -61,11 +74,46 @@ def tiles(review: Review) -> str:
         ("IMU noise scale", *_split(scale_text(review, "imu_noise_scale"))),
         ("GNSS sigma scale", *_split(scale_text(review, "gnss_std_scale"))),
     ]
+    if review.receiver is not None:
+        found = review.receiver
+        entries[-3:] = [
+            ("GNSS latency", _milliseconds(found.latency_s, found.latency_std_s), "of positions"),
+            (
+                "Velocity latency",
+                _milliseconds(found.velocity_latency_s, found.velocity_latency_std_s),
+                "of the GNSS velocities",
+            ),
+            entries[-2],
+        ]
     return "".join(
         f'<div class="tile"><span>{escape(name)}</span><strong>{escape(value)}</strong>'
         f"<small>{escape(note)}</small></div>"
         for name, value, note in entries
     )
+
+
+def _position_tiles(review: Review) -> list[tuple[str, str, str]]:
+    """Return the sigmas of the position: horizontal and vertical, or both against the Earth and relative."""
+    s = review.summary
+    if review.receiver is None:
+        return [
+            ("Horizontal sigma", _with_unit(s["median_std_horizontal_m"], "m"), "median, stated"),
+            ("Vertical sigma", _with_unit(s["median_std_down_m"], "m"), "median, stated"),
+        ]
+    both = [
+        ", ".join(significant(s[f"median_{kind}_{axis}_m"]) for axis in ("horizontal", "down")) + " m"
+        for kind in ("std", "relative_std")
+    ]
+    return [
+        ("Position sigma", both[0], "horizontal, vertical; against the Earth"),
+        ("Relative sigma", both[1], "horizontal, vertical; in the receiver's datum"),
+    ]
+
+
+def _milliseconds(value_s: float, std_s: float | None) -> str:
+    if std_s is None:
+        return f"{1e3 * value_s:.4g} ms"
+    return f"{as_exact_as(1e3 * value_s, 1e3 * std_s)} ± {significant(1e3 * std_s)} ms"
 
 
 def _split(text: str) -> tuple[str, str]:
@@ -92,9 +140,11 @@ def accuracy_table(review: Review) -> str:
     """Return median, 95 % point and largest of each stated sigma over the epochs of the trajectory."""
     s = review.solution
     p, v, a = s.std_p_n_m, s.std_v_n_mps, review.std_rpy_deg
-    rows: list[tuple[str, Array]] = [
-        ("horizontal position, m", np.hypot(p[:, 0], p[:, 1])),
-        *((f"{name} position, m", p[:, i]) for i, name in enumerate(("north", "east", "vertical"))),
+    rows = _position_rows("position", p)
+    if review.receiver is not None:
+        rows = _position_rows("position against the Earth", p)
+        rows += _position_rows("position in the receiver's datum", s.relative_std_p_n_m)
+    rows += [
         *((f"{name} velocity, m/s", v[:, i]) for i, name in enumerate(("north", "east", "vertical"))),
         *((f"{name}, deg", a[:, i]) for i, name in enumerate(("roll", "pitch", "heading"))),
     ]
@@ -103,10 +153,67 @@ def accuracy_table(review: Review) -> str:
     )
 
 
+def _position_rows(what: str, std: Array) -> list[tuple[str, Array]]:
+    return [
+        (f"horizontal {what}, m", np.hypot(std[:, 0], std[:, 1])),
+        *((f"{name} {what}, m", std[:, i]) for i, name in enumerate(("north", "east", "vertical"))),
+    ]
+
+
 def _spread(values: Array) -> list[str]:
     if not np.isfinite(values).any():
         return ["–", "–", "not stated"]
     return [significant(float(np.nanquantile(values, q)), 3) for q in (0.5, 0.95, 1.0)]
+
+
+def receiver_table(review: Review, found: Receiver) -> str:
+    """Return what was found of the receiver: value, and what it means."""
+    horizontal, down = (significant(std) for std in review.stated_std_m)
+    white = [
+        significant(found.white_std_scale / review.summary["gnss_std_scale"] * std)
+        for std in review.stated_std_m
+    ]
+    jitter_cm = significant(100.0 * 10.0 * found.stamp_jitter_s)
+    lasting = (
+        "none"
+        if found.velocity_correlated_std_mps == 0.0
+        else _with_unit(found.velocity_correlated_std_mps, "m/s")
+    )
+    smoothing = "not smoothed" if found.smoothing_time_s == 0.0 else _with_unit(found.smoothing_time_s, "s")
+    spread = f"{significant(1e3 * found.latency_model_spread_s)} ms"
+    rows = [
+        (
+            "latency of positions",
+            _milliseconds(found.latency_s, found.latency_std_s),
+            "how late their stamps are" + ("; as given" if found.latency_std_s is None else ""),
+        ),
+        (
+            "latency of velocities",
+            _milliseconds(found.velocity_latency_s, found.velocity_latency_std_s),
+            "receivers filter them for longer"
+            + ("; not estimated" if found.velocity_latency_std_s is None else ""),
+        ),
+        ("spread between models", spread, "by how much other models move the latency of positions"),
+        (
+            "jitter of the stamps",
+            f"{significant(1e3 * found.stamp_jitter_s)} ms",
+            f"at 10 m/s {jitter_cm} cm along the track",
+        ),
+        (
+            "position error that lasts",
+            f"{horizontal} m, {down} m",
+            "horizontal, down; from the file, not found",
+        ),
+        (
+            "it lasts for",
+            _with_unit(found.correlation_time_s, "s"),
+            "a longer one of a larger error would look the same",
+        ),
+        ("smoothed over", smoothing, "by the receiver's own filter"),
+        ("white part of a position", f"{white[0]} m, {white[1]} m", "horizontal, down; anew with each fix"),
+        ("velocity error that lasts", lasting, "along north, east, down"),
+    ]
+    return table(("Receiver", "value", "meaning"), rows, "text")
 
 
 def residual_table(residuals: Residuals) -> str:

@@ -11,8 +11,9 @@ import numpy as np
 
 from liealign.report.heading import open_minimum
 from liealign.report.review import Residuals, Review
+from liealign.solution import Receiver
 
-State = Literal["good", "look", "bad"]
+State = Literal["good", "fact", "look", "bad"]
 
 _GPS_EPOCH = datetime(1980, 1, 6, tzinfo=UTC)
 # A usual residual may be so many times larger or smaller than stated before the noise model is called wrong.
@@ -22,6 +23,8 @@ _WHITE = 0.3  # correlation of neighbouring residuals from which on they are no 
 _LEAN = 0.5  # mean of the residuals in their rms from which on they lean to one side
 _LONG_OUTAGE = 5.0  # seconds without a fix that deserve a look, when they are also many intervals
 _ODD_SHARE = 0.05
+# Configuration keys of the noise scales: one that is not given is estimated.
+_KEY_OF = {"imu_noise_scale": "imu.noise_scale", "gnss_std_scale": "gnss.std_scale"}
 
 TITLES = {
     "aligned": ("Aligned", "good"),
@@ -140,12 +143,37 @@ def findings(review: Review) -> list[Finding]:
         item for residuals in (review.position, review.velocity) if residuals for item in _lean(residuals)
     ]
     found += _drift(review)
-    suspicious = any(finding.state != "good" for finding in found)
+    suspicious = any(finding.state in ("look", "bad") for finding in found)
     if review.position:
         found.append(_outliers(review, review.position))
         found.append(_coverage(review, review.position))
     found.append(_given(review, suspicious))
+    if review.receiver is not None:
+        found.append(Finding("fact", "Absolute accuracy", absolute_accuracy(review)))
     return found
+
+
+def absolute_accuracy(review: Review) -> str:
+    """Say what the flight cannot tell."""
+    horizontal, down = (significant(std) for std in review.stated_std_m)
+    return (
+        f"The absolute accuracy cannot be checked from this flight: the file states {horizontal} m "
+        f"horizontally and {down} m down; only its drift was measured. A base, a check point or a loop "
+        "closure can."
+    )
+
+
+def receiver_model(found: Receiver) -> str:
+    """Say which model was taken for the errors of the positions."""
+    if found.smoothing_time_s == 0.0:
+        return (
+            "The fixes are taken for those of carrier phases (RTK, PPK): their positions err by a part that "
+            "lasts and a white part."
+        )
+    return (
+        "The fixes are taken for code or float solutions: their positions err by a part that lasts, which "
+        "the receiver smooths, and a small white part; the velocities err in the same way."
+    )
 
 
 def noise_finding(residuals: Residuals) -> Finding:
@@ -296,6 +324,17 @@ def _coverage(review: Review, position: Residuals) -> Finding:
 def _given(review: Review, suspicious: bool) -> Finding:
     """List the inputs that were taken as given: what is wrong in them is wrong in the result."""
     s = review.summary
+    found = review.receiver
+    if found is not None:
+        text = f"Positions {latency_text(review)}, velocities {velocity_latency_text(review)}"
+        if found.latency_std_s is None:
+            return Finding("look" if suspicious else "good", "GNSS latency", f"{text}.")
+        spread = significant(1e3 * found.latency_model_spread_s)
+        return Finding(
+            "good",
+            "GNSS latency",
+            f"{text}{_clock_drift(s)}. Other models of the receiver move that of positions by {spread} ms.",
+        )
     estimated = [key for key in ("gnss_latency", "imu_noise_scale", "gnss_std_scale") if _std_of(s, key)]
     if "gnss_latency" in estimated:
         return Finding("good", "GNSS latency", f"{latency_text(review)}{_clock_drift(s)}.")
@@ -324,13 +363,31 @@ def latency_text(review: Review) -> str:
     return _given_or_estimated(review, "gnss_latency", "gnss_latency_s", " s")
 
 
+def velocity_latency_text(review: Review) -> str:
+    """Write the latency of the velocities with its sigma, or that it was given."""
+    return _given_or_estimated(review, "gnss_velocity_latency", "gnss_velocity_latency_s", " s")
+
+
 def scale_text(review: Review, key: str) -> str:
     """Write a noise scale with its sigma, or that it was given."""
     return _given_or_estimated(review, key, key, "")
 
 
+def as_exact_as(value: float, std: float) -> str:
+    """Write a value with the decimals that its sigma has."""
+    if not 0.0 < std < math.inf:
+        return f"{value:.4g}"
+    return f"{value:.{min(max(1 - math.floor(math.log10(std)), 0), 6)}f}"
+
+
 def _given_or_estimated(review: Review, key: str, value_key: str, unit: str) -> str:
     value, std = review.summary[value_key], _std_of(review.summary, key)
     if isinstance(std, float | int):
-        return f"{value:.4g} ± {significant(float(std))}{unit} estimated"
+        return f"{as_exact_as(value, float(std))} ± {significant(float(std))}{unit} estimated"
+    if (
+        review.receiver is not None
+        and value_key.endswith("_scale")
+        and review.config.get(_KEY_OF[key]) is None
+    ):
+        return f"{value:.3g}{unit} estimated"
     return f"{value:g}{unit} given"

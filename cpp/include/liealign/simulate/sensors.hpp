@@ -104,7 +104,8 @@ struct GnssErrors {
 // (Eq. 47), (Eq. 73)-(Eq. 74) at the multiples t_n of 1 / rate_hz inside the truth; between epochs X is interpolated on the
 // group, X_k exp(a log(X_k^-1 X_{k+1})), and the rate linearly between the middles of the samples. c and s are those of t_n.
 // Each error is a stream of the seed of its own. A record whose position or velocity would be of a time outside the truth is
-// left out. Arrivals keep their order: a message ends a millisecond after the one before at the earliest. fix is 1.
+// left out. Arrivals keep their order: a message ends a millisecond after the one before at the earliest.
+// fix is what a receiver with such stated sigmas reports: 1, 2 or 5.
 // Throws Error for an empty or inconsistent truth, a rate or correlation time that is not positive, a negative sigma, delay
 // or step, or a probability outside [0, 1].
 std::vector<GnssRecord> simulate_gnss(const Truth& truth, const GnssErrors& errors, std::uint64_t seed);
