@@ -36,6 +36,9 @@ NavState<double> corrected(const NavState<double>& start, const StartCorrection&
 
 namespace {
 
+// What an error of first order can carry.
+constexpr double kWidestTilt_rad = 20.0 * kDegToRad;
+
 // (Eq. 36): attitude variances along north, east and down, velocity in body axes, position of the antenna in ECEF axes.
 LieModel<double>::Covariance initial_covariance(const SE23<double>& nav, const Vector3d& std_phi_n,
                                                 const Matrix3d& P_v_b, const Matrix3d& R_p_e, const InitialStd& std,
@@ -71,7 +74,7 @@ Belief<LieModel<double>> belief_at_rest(const RestStatistics& rest, double headi
   belief.X.second.x << f * (1.0 - g / f.norm()), rest.mean_omega_ib_b - nav.C.transpose() * wgs84::omega_ie_e();
   belief.X = corrected(belief.X, correction, l_ba_b);
 
-  const double tilt = std::max(std.roll_pitch_rad, std.accel_bias_mps2 / g);
+  const double tilt = std::min(std::max(std.roll_pitch_rad, std.accel_bias_mps2 / g), kWidestTilt_rad);
   belief.P = initial_covariance(nav, Vector3d(tilt, tilt, heading_std_rad),
                                 std.velocity_mps * std.velocity_mps * Matrix3d::Identity(), rest.R_p_e, std, l_ba_b);
   return belief;
@@ -90,7 +93,7 @@ Belief<LieModel<double>> belief_in_motion(const MotionStatistics& motion, double
   belief.X = corrected(belief.X, correction, l_ba_b);
   InitialStd wide = std;
   wide.gyro_bias_rps = std::max(std.gyro_bias_rps, motion.gyro_bias_std_rps);
-  const double tilt = std::hypot(motion.tilt_std_rad, std.accel_bias_mps2 / kStandardGravity);
+  const double tilt = std::min(std::hypot(motion.tilt_std_rad, std.accel_bias_mps2 / kStandardGravity), kWidestTilt_rad);
   belief.P = initial_covariance(nav, Vector3d(tilt, tilt, heading_std_rad),
                                 motion.velocity_std_mps * motion.velocity_std_mps * Matrix3d::Identity(),
                                 motion.position_std_m * motion.position_std_m * Matrix3d::Identity(), wide, l_ba_b);

@@ -133,29 +133,31 @@ class ReceiverSearch {
         progress_(progress),
         chart_(problem.prior),
         blocks_(problem.data.imu(), problem.cursor.t_s, problem.fit_end_s, biases(problem.start.X),
-                problem.filter.dynamics.noise) {
-    fit_.parameters = medians(problem.prior);
-    fit_.latency = problem.latency;
-  }
+                problem.filter.dynamics.noise) {}
 
   ReceiverFit find() {
-    choose_start();
-    linearise();
-    for (int round = 0; round < kMostRounds; ++round) {
-      improve();
-      if (linearise() < kNear_s) break;
-    }
-    fit_.latency_spread_s = latency_spread();
-    return fit_;
+    std::vector<Attempt> attempts;
+    for (const ReceiverParameters& start : starts()) attempts.push_back(settle({start, problem_.latency}));
+    const auto lower = [](const Attempt& a, const Attempt& b) { return a.cost < b.cost; };
+    const Attempt& best = *std::min_element(attempts.begin(), attempts.end(), lower);
+    if (!std::isfinite(best.cost)) throw NumericalError("no filter gets through the flight with the receiver's errors");
+    return {best.parameters, best.latency, latency_spread(best), best.settled, evaluations_};
   }
 
  private:
   static constexpr int kMostRounds = 3;
   static constexpr double kNear_s = 0.002;  // a latency that moves by less is linear enough
 
+  struct Attempt {
+    ReceiverParameters parameters;
+    ReceiverLatency latency;
+    double cost = std::numeric_limits<double>::infinity();
+    bool settled = false;
+  };
+
   void count(int evaluations) {
-    fit_.evaluations += evaluations;
-    if (progress_ && !progress_(static_cast<std::size_t>(fit_.evaluations), kMostRounds * std::size_t{100}))
+    evaluations_ += evaluations;
+    if (progress_ && !progress_(static_cast<std::size_t>(evaluations_), kMostRounds * std::size_t{100}))
       throw Cancelled("cancelled");
   }
 
@@ -180,38 +182,49 @@ class ReceiverSearch {
     return out;
   }
 
-  // The noise of the IMU as its data sheet has it, or as the alignment found it: whichever fits better.
-  void choose_start() {
-    std::vector<ReceiverParameters> tried = {fit_.parameters, fit_.parameters};
-    if (!problem_.prior.gyro_scale.is_free()) return;
-    tried[1].gyro_scale = problem_.start_gyro_scale;
-    tried[1].accel_scale = problem_.start_accel_scale;
-    const FitPasses<tail> passes(problem_, blocks_, fit_.latency);
-    std::vector<double> cost = costs(passes, tried);
-    count(2);
-    for (std::size_t i = 0; i < 2; ++i) cost[i] += chart_.prior_cost(chart_.vector(tried[i]));
-    fit_.parameters = cost[1] < cost[0] ? tried[1] : tried[0];
+  // The noise of the IMU as its data sheet has it; and as the alignment found it, where that is another one. Either may be caught
+  // where the other is not: too much noise hides a wrong latency, too little makes one.
+  std::vector<ReceiverParameters> starts() const {
+    std::vector<ReceiverParameters> all = {medians(problem_.prior)};
+    constexpr double kAnother = 2.0;
+    const auto differs = [](double scale) { return scale > kAnother || scale < 1.0 / kAnother; };
+    if (!problem_.prior.gyro_scale.is_free()) return all;
+    if (!differs(problem_.start_gyro_scale) && !differs(problem_.start_accel_scale)) return all;
+    all.push_back(all.front());
+    all.back().gyro_scale = problem_.start_gyro_scale;
+    all.back().accel_scale = problem_.start_accel_scale;
+    return all;
+  }
+
+  Attempt settle(Attempt at) {
+    linearise(at);
+    for (int round = 0; round < kMostRounds; ++round) {
+      improve(at);
+      if (!std::isfinite(at.cost) || linearise(at) < kNear_s) break;
+    }
+    return at;
   }
 
   // Moves the latencies to where the filter finds them until they stay; returns by how much they moved in all.
-  double linearise() {
-    const ReceiverLatency first = fit_.latency;
+  double linearise(Attempt& at) {
+    const ReceiverLatency first = at.latency;
+    const auto apart = [](const ReceiverLatency& a, const ReceiverLatency& b) {
+      return std::max(std::abs(a.position_s - b.position_s), std::abs(a.velocity_s - b.velocity_s));
+    };
     constexpr int kMost = 4;
     for (int i = 0; i < kMost; ++i) {
-      const FitPasses<tail> passes(problem_, blocks_, fit_.latency);
-      const ReceiverLatency next = found_latency<tail>(fit_.latency, passes.run(fit_.parameters).end);
+      const FitPasses<tail> passes(problem_, blocks_, at.latency);
       count(1);
-      const double moved = std::max(std::abs(next.position_s - fit_.latency.position_s),
-                                    std::abs(next.velocity_s - fit_.latency.velocity_s));
-      fit_.latency = next;
+      const ReceiverLatency next = found_latency<tail>(at.latency, passes.run(at.parameters).end);
+      const double moved = apart(next, at.latency);
+      at.latency = next;
       if (moved < kNear_s) break;
     }
-    return std::max(std::abs(first.position_s - fit_.latency.position_s),
-                    std::abs(first.velocity_s - fit_.latency.velocity_s));
+    return apart(first, at.latency);
   }
 
-  void improve() {
-    const FitPasses<tail> passes(problem_, blocks_, fit_.latency);
+  void improve(Attempt& at) {
+    const FitPasses<tail> passes(problem_, blocks_, at.latency);
     const auto cost = [&](const std::vector<Eigen::VectorXd>& points) {
       std::vector<ReceiverParameters> all;
       for (const Eigen::VectorXd& x : points) all.push_back(chart_.parameters(x));
@@ -220,23 +233,23 @@ class ReceiverSearch {
       count(static_cast<int>(points.size()));
       return out;
     };
-    const QuasiNewtonResult found = minimise(cost, chart_.vector(fit_.parameters));
-    if (!std::isfinite(found.cost)) throw NumericalError("no filter gets through the flight with the receiver's errors");
-    fit_.parameters = chart_.parameters(found.x);
-    fit_.settled = found.settled;
+    const QuasiNewtonResult found = minimise(cost, chart_.vector(at.parameters));
+    at.parameters = chart_.parameters(found.x);
+    at.cost = found.cost;
+    at.settled = found.settled;
   }
 
   // Without the jitter, and with an error of first order where it is of second: models that nobody could rule out by eye.
-  double latency_spread() {
-    const FitPasses<tail> passes(problem_, blocks_, fit_.latency);
+  double latency_spread(const Attempt& best) {
+    const FitPasses<tail> passes(problem_, blocks_, best.latency);
     double spread = 0.0;
     for (double ReceiverParameters::*left_out : {&ReceiverParameters::jitter_s, &ReceiverParameters::tau_u_s}) {
-      if (fit_.parameters.*left_out == 0.0) continue;
-      ReceiverParameters other = fit_.parameters;
+      if (best.parameters.*left_out == 0.0) continue;
+      ReceiverParameters other = best.parameters;
       other.*left_out = 0.0;
       count(1);
-      const ReceiverLatency there = found_latency<tail>(fit_.latency, passes.run(other).end);
-      spread = std::max(spread, std::abs(there.position_s - fit_.latency.position_s));
+      const ReceiverLatency there = found_latency<tail>(best.latency, passes.run(other).end);
+      spread = std::max(spread, std::abs(there.position_s - best.latency.position_s));
     }
     return spread;
   }
@@ -245,7 +258,7 @@ class ReceiverSearch {
   const Progress& progress_;
   Chart chart_;
   SampleBlocks blocks_;
-  ReceiverFit fit_;
+  int evaluations_ = 0;
 };
 
 }  // namespace

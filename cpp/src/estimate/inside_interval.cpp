@@ -67,6 +67,7 @@ template <int tail>
 InsideInterval::InsideInterval(const AtStart<tail>& start, const FilterOptions& options)
     : smoothed_(start.adjoint != nullptr),
       covariance_reset_(options.covariance_reset),
+      straight_(tail > 0),
       tail_(options.tail),
       root_(start.step.root),
       X_0_(in_lanes(start.step.before.X.first, biases(start.step.before.X))),
@@ -128,15 +129,15 @@ void InsideInterval::set_error(const SquareMatrix<double, kTail + tail>& P, cons
 struct InsideInterval::Inside {
   NavCovariance<Scalar, kBias> P;  // of (phi, z - W y, y)
   NavState<Scalar> X;
-  typename SE23<Scalar>::JacobianBlocks J;  // from there to the left error of X
+  ResetBlocks<Scalar> J;           // from there to the left error of X
   IntervalNoise<Scalar> Q;
   ErrorCorrelation<Scalar> error;
 };
 
 InsideInterval::Inside InsideInterval::inside(const Preintegrated<Scalar>& pre) const {
   const SE23<Scalar> d{pre.dC, pre.dv, pre.dp};
-  Inside out{P_, X_0_, {pre.dC.transpose(), Matrix3<Scalar>::Zero(), Matrix3<Scalar>::Zero()},
-             IntervalNoise<Scalar>(pre), {}};
+  const Matrix3<Scalar> turn = pre.dC.transpose(), none = Matrix3<Scalar>::Zero();
+  Inside out{P_, X_0_, {turn, turn, none, none}, IntervalNoise<Scalar>(pre), {}};
   const IntervalNoise<Scalar>& Q = out.Q;
   NavCovariance<Scalar, kBias>& P = out.P;
   add_biases<Scalar, kBias>(P, pre, P_bb_lanes_);
@@ -180,27 +181,34 @@ InsideInterval::Inside InsideInterval::inside(const Preintegrated<Scalar>& pre) 
                         z = nu - d.v.cross(phi) - axes_.omega_ie_b.cross(y);
   typename LieModel<Scalar>::Tangent eps;
   eps << pre.dC.transpose() * phi, pre.dC.transpose() * z, pre.dC.transpose() * y, x_b_;
-  out.X = LieModel<Scalar>::retract(out.X, eps);
+  const Vector<Scalar, kNav> nav = eps.template head<kNav>();
+  if (straight_) {
+    out.X.first = retract_straight(out.X.first, nav);
+    out.X.second.x += x_b_;
+  } else {
+    out.X = LieModel<Scalar>::retract(out.X, eps);
+  }
   if (!covariance_reset_) return out;
-  const typename SE23<Scalar>::JacobianBlocks J =
-      SE23<Scalar>::left_jacobian_blocks(-eps.template head<SE23<Scalar>::Dim>());
-  out.J = {J.J * pre.dC.transpose(), J.Q_nu * pre.dC.transpose(), J.Q_rho * pre.dC.transpose()};
+  const ResetBlocks<Scalar> J = straight_ ? straight_reset(nav) : group_reset(nav);
+  out.J = {J.J * turn, J.R * turn, J.Q_nu * turn, J.Q_rho * turn};
   return out;
 }
 
 // c with the navigation error, in the coordinates of (Eq. 53) first:
-//   c_t = a c + b u + w,  Q_c = (q, r) with (c, u)
+//   c_t = a c + b u + w,  cov(w, (c, u)_t) = (q_t, r_t);   (q, r) = [a b; 0 a_u]^-1 (q_t, r_t)
 //   G = A (a P_c + b P_u - q M_c - r M_u) - Q (a M_c'^T + b M_u'^T + q Lambda_c + r Lambda_u)
-// M' the rows of P Lambda that belong to c and u.
+// M' the rows of P Lambda that belong to c and u. The inverse brings the noise at t to the start, where Lambda holds; what is
+// left of the vehicle's error in these coordinates does not move.
 void InsideInterval::add_error(const SampleLanes& samples, Inside& in) const {
   const Preintegrated<Scalar>& pre = samples.pre;
-  Scalar a(0), b(0), q(0), r(0);
+  Scalar a(0), b(0), q(0), r(0), noise(0);
   for (int i = 0; i < samples.count; ++i) {
     const ErrorStep step = error_step(tail_, pre.T.x[i]);
     a.x[i] = step.keep;
     b.x[i] = step.from_driver;
-    q.x[i] = step.noise;
-    r.x[i] = step.with_driver;
+    noise.x[i] = step.noise;
+    r.x[i] = step.with_driver / step.keep_driver;
+    q.x[i] = (step.noise - step.from_driver * r.x[i]) / step.keep;
   }
   const bool coloured = tail_.is_coloured();
   const auto mix = [&](const auto& of_c, const auto& of_u, const Scalar& by_c, const Scalar& by_u) {
@@ -232,10 +240,10 @@ void InsideInterval::add_error(const SampleLanes& samples, Inside& in) const {
   using detail::cross_rows;
   const Matrix3<Scalar> y = x.rho + pre.T * x.nu - cross_rows(pre.dp, x.phi),
                         z = x.nu - cross_rows(pre.dv, x.phi) - cross_rows(axes_.omega_ie_b, y);
-  in.error.G = {in.J.J * x.phi, in.J.J * z + in.J.Q_nu * x.phi, in.J.J * y + in.J.Q_rho * x.phi};
+  in.error.G = {in.J.J * x.phi, in.J.R * z + in.J.Q_nu * x.phi, in.J.R * y + in.J.Q_rho * x.phi};
 
   Matrix3<Scalar> V = mix(mix(cc_.P, uc_.P, a, b), mix(cu_.P, uu_.P, a, b), a, b);
-  V.diagonal().array() += q;
+  V.diagonal().array() += noise;
   if (smoothed_) {
     // (a M_c + b M_u)(q, r)^T and its transpose, and (q, r) Lambda (q, r)^T.
     const Matrix3<Scalar> Y = mix(mix(cc_.M, uc_.M, a, b), mix(cu_.M, uu_.M, a, b), q, r);
@@ -248,14 +256,17 @@ void InsideInterval::add_error(const SampleLanes& samples, Inside& in) const {
 NavBelief<Lanes> InsideInterval::nav_at(const SampleLanes& samples) const {
   Inside in = inside(samples.pre);
   const NavCovariance<Scalar, kBias>& P = in.P;
-  const Matrix3<Scalar>&J = in.J.J, Jt = J.transpose();
-  const Matrix3<Scalar> J_phi = J * P.phi_phi;
-  NavBelief<Scalar> out{in.X, J_phi * Jt, J * Matrix3<Scalar>(P.nu_nu * Jt), J * Matrix3<Scalar>(P.rho_rho * Jt), {},
+  const Matrix3<Scalar>&J = in.J.J, &R = in.J.R, Rt = R.transpose();
+  NavBelief<Scalar> out{in.X,
+                        J * Matrix3<Scalar>(P.phi_phi * J.transpose()),
+                        R * Matrix3<Scalar>(P.nu_nu * Rt),
+                        R * Matrix3<Scalar>(P.rho_rho * Rt),
+                        {},
                         Vector3<Scalar>::Zero()};
-  if (smoothed_ && covariance_reset_) {
-    // J nu + Q phi: J P_nu J^T + Z + Z^T, Z = (J P_nu_phi + Q P_phi / 2) Q^T
+  if (smoothed_ && covariance_reset_ && !straight_) {
+    // R nu + Q phi: R P_nu R^T + Z + Z^T, Z = (R P_nu_phi + Q P_phi / 2) Q^T
     const auto add = [&](Matrix3<Scalar>& sum, const Matrix3<Scalar>& cross, const Matrix3<Scalar>& Q) {
-      const Matrix3<Scalar> half = J * cross + Scalar(0.5) * (Q * P.phi_phi), Z = half * Q.transpose();
+      const Matrix3<Scalar> half = R * cross + Scalar(0.5) * (Q * P.phi_phi), Z = half * Q.transpose();
       sum += Z + Z.transpose();
     };
     add(out.P_nu, P.nu_phi, in.J.Q_nu);
@@ -278,7 +289,7 @@ WholeBelief<Lanes> InsideInterval::at(const SampleLanes& samples) const {
     const Matrix3<Scalar> none = Matrix3<Scalar>::Zero();
     in.error = {{none, none, none}, none, Vector3<Scalar>::Zero()};
   }
-  apply_jacobian(in.P, in.J);
+  apply_reset(in.P, in.J);
   WholeBelief<Lanes> out{{in.X, {}}, in.error};
   out.belief.P.template bottomRightCorner<kBias, kBias>() = P_bb_lanes_;
   set_nav_covariance<Scalar, kCore>(out.belief.P, in.P);

@@ -33,7 +33,7 @@ void set_markov(int offset, int dim, double sigma, double tau_s, double T, TailS
 ErrorStep error_step(const TailModel& m, double T) {
   if (m.sigma_c == 0.0) return {};
   if (!m.is_coloured()) {
-    return {std::exp(-T / m.tau_c_s), 0.0, -m.sigma_c * m.sigma_c * std::expm1(-2.0 * T / m.tau_c_s), 0.0};
+    return {std::exp(-T / m.tau_c_s), 0.0, -m.sigma_c * m.sigma_c * std::expm1(-2.0 * T / m.tau_c_s), 0.0, 1.0};
   }
   const Coloured s(m);
   const double a_c = std::exp(-T / s.tau_c), a_u = std::exp(-T / s.tau_u);

@@ -240,6 +240,14 @@ void by_samples(Run& run, const Belief<AnyModel>& belief, const ImuCursor& start
   run.smoothed.hand_on(0);
 }
 
+// The latencies of a clock that drifts, as they are in the middle of the trajectory: there one number says most of the flight.
+void quote_in_the_middle(ReceiverLatency& latency, double drift, const TrajectoryDigest& trajectory) {
+  const double middle_s = 0.5 * (trajectory.begin_s + trajectory.end_s), change_s = drift * (middle_s - latency.time_s);
+  latency.position_s += change_s;
+  latency.velocity_s += change_s;
+  latency.time_s = middle_s;
+}
+
 // Takes note of what passes.
 struct DigestOf {
   TrajectoryDigest& digest;
@@ -260,8 +268,11 @@ struct DigestOf {
 RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, const Progress& progress) {
   const AlignmentProblem& problem = flight.problem;
   const double heading_std_rad = initial_heading_std(flight, heading);
-  const Belief<Model> belief = start_belief(problem, with_parameters(problem.initial, heading.parameters),
-                                            heading.heading_rad, heading_std_rad, heading.start);
+  // A scale on white noise is none on the biases: where the noise is found with the receiver's errors, they stay the sheet's.
+  const InitialStd initial =
+      models_receiver(flight.config) ? problem.initial : with_parameters(problem.initial, heading.parameters);
+  const Belief<Model> belief =
+      start_belief(problem, initial, heading.heading_rad, heading_std_rad, heading.start);
   RunStart run =
       run_start(flight, heading, belief, cursor_at(flight.data.imu(), flight.t_begin_s), progress);
   run.heading_std_rad = heading_std_rad;
@@ -359,6 +370,7 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
   } else {
     by_intervals<kShortTail>(run, start_with_tail<kShortTail>(begin.belief, filter.tail, begin.wide_position_std_m), start);
   }
+  if (solution.receiver) quote_in_the_middle(solution.receiver->latency, heading.parameters.clock_drift, solution.digest);
   if (solution.digest.epochs == 0) {
     throw InputError(
         "output.rate_hz leaves no epoch between output.start_time_s and output.stop_time_s; raise it, or drop it");

@@ -164,6 +164,7 @@ ReceiverProblem receiver_problem(const PreparedFlight& flight, const HeadingResu
   problem.start_gyro_scale = heading.parameters.imu_noise_scale;
   problem.start_accel_scale = heading.parameters.imu_noise_scale * heading.parameters.accel_noise_scale;
 
+  problem.latency.time_s = flight.problem.t_start_s;
   const double found_s = flight.latency_s + heading.parameters.latency_s;
   problem.latency.position_s = gnss.latency_s.value_or(found_s);
   problem.latency.velocity_s = gnss.velocity_latency_s.value_or(problem.latency.position_s);

@@ -48,7 +48,7 @@ Json number_or_null(const std::optional<double>& value, double unit = 1.0) {
 
 // What the final run found of the receiver, and of the noise of the IMU with it; null where its errors were taken for white.
 void put_receiver(Json& json, const PreparedFlight& flight, const ReceiverFit* fit) {
-  for (const char* key : {"gnss_velocity_latency_s", "gnss_velocity_latency_std_s", "gnss_latency_model_spread_s",
+  for (const char* key : {"gnss_latency_time_s", "gnss_velocity_latency_s", "gnss_velocity_latency_std_s", "gnss_latency_model_spread_s",
                           "gnss_stamp_jitter_s", "gnss_white_std_scale", "gnss_correlation_time_s",
                           "gnss_smoothing_time_s", "gnss_velocity_correlated_std_mps"})
     json[key] = nullptr;
@@ -56,6 +56,7 @@ void put_receiver(Json& json, const PreparedFlight& flight, const ReceiverFit* f
   const ReceiverParameters& p = fit->parameters;
   const auto std_or_null = [](double std) { return std > 0.0 ? Json(std) : Json(); };
   json["gnss_latency_s"] = fit->latency.position_s;
+  json["gnss_latency_time_s"] = fit->latency.time_s;
   json["gnss_latency_std_s"] = std_or_null(fit->latency.position_std_s);
   json["gnss_velocity_latency_s"] = fit->latency.velocity_s;
   json["gnss_velocity_latency_std_s"] = std_or_null(fit->latency.velocity_std_s);

@@ -44,6 +44,7 @@ struct ReceiverParameters {
 struct ReceiverLatency {
   double position_s = 0.0, velocity_s = 0.0;
   double position_std_s = 0.0, velocity_std_s = 0.0;  // one sigma; 0: given
+  double time_s = 0.0;                                // when, where the clock drifts
 };
 
 struct ReceiverProblem {
@@ -77,7 +78,7 @@ ReceiverLatency found_latency(const ReceiverLatency& nominal, const Belief<LieMo
   const auto at = [&](int i) { return end.X.second.x[6 + i]; };
   const auto std_of = [&](int i) { return std::sqrt(end.P(kTail + i, kTail + i)); };
   return {nominal.position_s + at(kTailPositionLatency), nominal.velocity_s + at(kTailVelocityLatency),
-          std_of(kTailPositionLatency), std_of(kTailVelocityLatency)};
+          std_of(kTailPositionLatency), std_of(kTailVelocityLatency), nominal.time_s};
 }
 
 // The observations at the times and with the covariances that parameters and latencies give them.

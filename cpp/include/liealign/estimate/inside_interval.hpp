@@ -87,7 +87,7 @@ class InsideInterval {
                  const SquareMatrix<double, kTail + tail>& Lambda, const Vector<double, kTail + tail>& mean,
                  const Vector<double, kTail + tail>& lambda);
 
-  bool smoothed_, covariance_reset_, has_error_ = false;
+  bool smoothed_, covariance_reset_, straight_, has_error_ = false;
   TailModel tail_;
   Matrix3d root_ = Matrix3d::Zero();
   SquareMatrix<double, 6> P_bb_;

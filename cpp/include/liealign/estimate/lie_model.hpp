@@ -1,5 +1,9 @@
 // The Lie model: state X in SE_2(3) x T(6 + tail), left error X = X_hat exp(eps). What Ekf and the smoothers ask of a model.
 //
+// With a tail, position and velocity retract straight, p + C rho in place of the group's p + C J_l(phi) rho: to the first order the
+// same. A receiver's error c ties p to what it states, p + K c, by centimetres where either is known to metres; a correction that
+// bends with the attitude would tear the two apart, in the mean and in the covariance.
+//
 // A model gives: State, Dim, kTailDim, and the static functions below. Its error has nine navigation components, then
 // (b_a, b_g), so that a transition is always [F B; 0 I] with F 9x9 and B 9x6; the tail moves by itself. Observations are
 // predicted with the Lie error; error_columns() turns their derivatives to that of the model.
@@ -13,6 +17,24 @@
 
 namespace liealign {
 
+// J_r(eps) of SE_2(3) by its blocks, and of the straight retraction.
+template <typename Scalar>
+ResetBlocks<Scalar> group_reset(const Vector<Scalar, 9>& eps) {
+  const typename SE23<Scalar>::JacobianBlocks j = SE23<Scalar>::left_jacobian_blocks(-eps);
+  return {j.J, j.J, j.Q_nu, j.Q_rho};
+}
+template <typename Scalar>
+ResetBlocks<Scalar> straight_reset(const Vector<Scalar, 9>& eps) {
+  const Vector3<Scalar> phi = eps.template head<3>();
+  return {SO3<Scalar>::right_jacobian(phi), gamma<0>(Vector3<Scalar>(-phi)), Matrix3<Scalar>::Zero(),
+          Matrix3<Scalar>::Zero()};
+}
+template <typename Scalar>
+SE23<Scalar> retract_straight(const SE23<Scalar>& X, const Vector<Scalar, 9>& eps) {
+  return {X.C * gamma<0>(Vector3<Scalar>(eps.template head<3>())), X.v + X.C * eps.template segment<3>(kNu),
+          X.p + X.C * eps.template segment<3>(kRho)};
+}
+
 template <typename Scalar_ = double, int tail = 0>
 struct LieModel {
   using Scalar = Scalar_;
@@ -22,28 +44,54 @@ struct LieModel {
   using Tangent = Vector<Scalar, Dim>;
   using Covariance = SquareMatrix<Scalar, Dim>;
 
-  static State retract(const State& X, const Tangent& eps) { return X * State::exp(eps); }
-  static Tangent local(const State& X_hat, const State& X) { return (X_hat.inverse() * X).log(); }
+  static State retract(const State& X, const Tangent& eps) {
+    if constexpr (tail == 0) {
+      return X * State::exp(eps);
+    } else {
+      State to;
+      to.first = retract_straight(X.first, Vector<Scalar, 9>(eps.template head<9>()));
+      to.second.x = X.second.x + eps.template tail<6 + tail>();
+      return to;
+    }
+  }
+  static Tangent local(const State& X_hat, const State& X) {
+    if constexpr (tail == 0) {
+      return (X_hat.inverse() * X).log();
+    } else {
+      const Matrix3<Scalar> Ct = X_hat.first.C.transpose();
+      Tangent eps;
+      eps << SO3<Scalar>{Ct * X.first.C}.log(), Ct * (X.first.v - X_hat.first.v), Ct * (X.first.p - X_hat.first.p),
+          X.second.x - X_hat.second.x;
+      return eps;
+    }
+  }
   // P <- J_r(eps) P J_r(eps)^T, the reset of the left error, on the half of P below its diagonal.
   static void reset(Covariance& P, const Tangent& eps) {
     NavCovariance<Scalar, Dim - 9> nav = nav_covariance<Scalar, Dim>(P);
-    apply_jacobian(nav, reset_blocks(eps));
+    apply_reset(nav, reset_blocks(eps));
     set_nav_covariance<Scalar, Dim>(P, nav);
   }
-  static Covariance right_jacobian(const Tangent& eps) { return State::right_jacobian(eps); }
-  static Covariance right_jacobian_inverse(const Tangent& eps) { return State::right_jacobian_inverse(eps); }
+  static Covariance right_jacobian(const Tangent& eps) {
+    const ResetBlocks<Scalar> j = reset_blocks(eps);
+    Covariance out = Covariance::Identity();
+    out.template block<3, 3>(kPhi, kPhi) = j.J;
+    out.template block<3, 3>(kNu, kNu) = out.template block<3, 3>(kRho, kRho) = j.R;
+    out.template block<3, 3>(kNu, kPhi) = j.Q_nu;
+    out.template block<3, 3>(kRho, kPhi) = j.Q_rho;
+    return out;
+  }
 
   // lambda <- J_r(eps)^T lambda for each column of M: back through the reset.
   template <int cols>
   static void reset_back(Eigen::Matrix<Scalar, Dim, cols>& M, const Tangent& eps) {
     using Rows = Eigen::Matrix<Scalar, 3, cols>;
-    const typename SE23<Scalar>::JacobianBlocks j = reset_blocks(eps);
+    const ResetBlocks<Scalar> j = reset_blocks(eps);
     const Rows phi = M.template middleRows<3>(kPhi), nu = M.template middleRows<3>(kNu),
                rho = M.template middleRows<3>(kRho);
     M.template middleRows<3>(kPhi) = j.J.transpose().lazyProduct(phi) + j.Q_nu.transpose().lazyProduct(nu) +
                                      j.Q_rho.transpose().lazyProduct(rho);
-    M.template middleRows<3>(kNu) = j.J.transpose().lazyProduct(nu);
-    M.template middleRows<3>(kRho) = j.J.transpose().lazyProduct(rho);
+    M.template middleRows<3>(kNu) = j.R.transpose().lazyProduct(nu);
+    M.template middleRows<3>(kRho) = j.R.transpose().lazyProduct(rho);
   }
 
   // One IMU step of dt seconds with the measured rate and force; X becomes the next state.
@@ -57,8 +105,9 @@ struct LieModel {
   static void error_columns(const State&, Eigen::Matrix<Scalar, 3, kTail>&) {}
 
  private:
-  static typename SE23<Scalar>::JacobianBlocks reset_blocks(const Tangent& eps) {
-    return SE23<Scalar>::left_jacobian_blocks(-eps.template head<SE23<Scalar>::Dim>());
+  static ResetBlocks<Scalar> reset_blocks(const Tangent& eps) {
+    const Vector<Scalar, 9> nav = eps.template head<9>();
+    return tail == 0 ? group_reset(nav) : straight_reset(nav);
   }
 };
 

@@ -32,24 +32,30 @@ void turn(NavCovariance<Scalar, n>& P, const Matrix3<Scalar>& C) {
   for (Eigen::Matrix<Scalar, n, 3>* block : {&P.b_phi, &P.b_nu, &P.b_rho}) *block = block->lazyProduct(C).eval();
 }
 
-// phi <- J phi, nu <- J nu + Q_nu phi, rho <- J rho + Q_rho phi: J_l of (Eq. 7) by its blocks.
+// What carries an error to the tangent of another state: phi <- J phi, nu <- R nu + Q_nu phi, rho <- R rho + Q_rho phi.
+template <typename Scalar>
+struct ResetBlocks {
+  Matrix3<Scalar> J, R, Q_nu, Q_rho;
+};
+
 template <typename Scalar, int n>
-void apply_jacobian(NavCovariance<Scalar, n>& P, const typename SE23<Scalar>::JacobianBlocks& j) {
-  const Matrix3<Scalar> Jt = j.J.transpose(), Q_nu_t = j.Q_nu.transpose(), Q_rho_t = j.Q_rho.transpose();
+void apply_reset(NavCovariance<Scalar, n>& P, const ResetBlocks<Scalar>& j) {
+  const Matrix3<Scalar> Jt = j.J.transpose(), Rt = j.R.transpose(), Q_nu_t = j.Q_nu.transpose(),
+                        Q_rho_t = j.Q_rho.transpose();
   // From the left first.
-  const Matrix3<Scalar> phi_phi = j.J * P.phi_phi, nu_phi = j.J * P.nu_phi + j.Q_nu * P.phi_phi,
-                        rho_phi = j.J * P.rho_phi + j.Q_rho * P.phi_phi,
-                        nu_nu = j.J * P.nu_nu + j.Q_nu * P.nu_phi.transpose(),
-                        rho_nu = j.J * P.rho_nu + j.Q_rho * P.nu_phi.transpose(),
-                        rho_rho = j.J * P.rho_rho + j.Q_rho * P.rho_phi.transpose();
+  const Matrix3<Scalar> phi_phi = j.J * P.phi_phi, nu_phi = j.R * P.nu_phi + j.Q_nu * P.phi_phi,
+                        rho_phi = j.R * P.rho_phi + j.Q_rho * P.phi_phi,
+                        nu_nu = j.R * P.nu_nu + j.Q_nu * P.nu_phi.transpose(),
+                        rho_nu = j.R * P.rho_nu + j.Q_rho * P.nu_phi.transpose(),
+                        rho_rho = j.R * P.rho_rho + j.Q_rho * P.rho_phi.transpose();
   P.phi_phi = phi_phi * Jt;
   P.nu_phi = nu_phi * Jt;
   P.rho_phi = rho_phi * Jt;
-  P.nu_nu = nu_nu * Jt + nu_phi * Q_nu_t;
-  P.rho_nu = rho_nu * Jt + rho_phi * Q_nu_t;
-  P.rho_rho = rho_rho * Jt + rho_phi * Q_rho_t;
-  P.b_nu = P.b_nu.lazyProduct(Jt).eval() + P.b_phi.lazyProduct(Q_nu_t);
-  P.b_rho = P.b_rho.lazyProduct(Jt).eval() + P.b_phi.lazyProduct(Q_rho_t);
+  P.nu_nu = nu_nu * Rt + nu_phi * Q_nu_t;
+  P.rho_nu = rho_nu * Rt + rho_phi * Q_nu_t;
+  P.rho_rho = rho_rho * Rt + rho_phi * Q_rho_t;
+  P.b_nu = P.b_nu.lazyProduct(Rt).eval() + P.b_phi.lazyProduct(Q_nu_t);
+  P.b_rho = P.b_rho.lazyProduct(Rt).eval() + P.b_phi.lazyProduct(Q_rho_t);
   P.b_phi = P.b_phi.lazyProduct(Jt).eval();
 }
 

@@ -58,6 +58,7 @@ struct TailModel {
 // How one component of c moves over T seconds: what TailStep says of it.
 struct ErrorStep {
   double keep = 1.0, from_driver = 0.0, noise = 0.0, with_driver = 0.0;
+  double keep_driver = 1.0;
 };
 ErrorStep error_step(const TailModel& model, double T);
 
