@@ -136,7 +136,8 @@ void bind_errors(py::module_& m) {
       .def_readwrite("stated_velocity_std_factor", &G::stated_velocity_std_factor)
       .def_readwrite("heading", &G::heading)
       .def_readwrite("heading_std_deg", &G::heading_std_deg)
-      .def_readwrite("stated_heading_std_deg", &G::stated_heading_std_deg);
+      .def_readwrite("stated_heading_std_deg", &G::stated_heading_std_deg)
+      .def_readwrite("fix", &G::fix);
 
   using I = ImuErrorSizes;
   py::class_<I>(m, "ImuErrorSizes",

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "floors.hpp"
+#include "liealign/study/honest.hpp"
 #include "liealign/study/monte_carlo.hpp"
 
 namespace liealign::bindings {
@@ -132,6 +133,112 @@ py::dict bound(const StudyCase& study, const Truth& truth) {
   return columns(study, truth, runs);
 }
 
+void bind_honest_case(py::module_& m) {
+  using H = HonestCase;
+  py::class_<H>(m, "HonestCase", "Flights from starts drawn from P_0, whose stated sigmas are held against the truth.")
+      .def(py::init(&from_keywords<H>))
+      .def_readwrite("config", &H::config)
+      .def_readwrite("gnss", &H::gnss)
+      .def_property(
+          "kinds",
+          [](const H& h) {
+            std::vector<std::string> names;
+            for (const FlightKind kind : h.kinds) names.push_back(flight_kind_name(kind));
+            return names;
+          },
+          [](H& h, const std::vector<std::string>& names) {
+            h.kinds.clear();
+            for (const std::string& name : names) h.kinds.push_back(flight_kind(name));
+          })
+      .def_readwrite("rate_hz", &H::rate_hz)
+      .def_readwrite("parked_s", &H::parked_s)
+      .def_readwrite("flight_s", &H::flight_s)
+      .def_readwrite("start_after_s", &H::start_after_s)
+      .def_readwrite("latency_start_std_s", &H::latency_start_std_s)
+      .def_readwrite("rest_s", &H::rest_s)
+      .def_readwrite("tilt_std_deg", &H::tilt_std_deg)
+      .def_readwrite("heading_std_deg", &H::heading_std_deg)
+      .def_readwrite("velocity_std_mps", &H::velocity_std_mps)
+      .def_readwrite("settle_s", &H::settle_s)
+      .def_readwrite("every_s", &H::every_s);
+}
+
+py::dict honest_parameters(const HonestRun& run) {
+  const ReceiverParameters& p = run.parameters;
+  py::dict d;
+  d["sigma_c"] = p.sigma_c;
+  d["tau_c_s"] = p.tau_c_s;
+  d["tau_u_s"] = p.tau_u_s;
+  d["white_scale"] = p.white_scale;
+  d["velocity_scale"] = p.velocity_scale;
+  d["sigma_s_mps"] = p.sigma_s_mps;
+  d["tau_s_s"] = p.tau_s_s;
+  d["jitter_s"] = p.jitter_s;
+  d["gyro_scale"] = p.gyro_scale;
+  d["accel_scale"] = p.accel_scale;
+  return d;
+}
+
+py::dict honest_content(const HonestRun& run) {
+  const std::size_t n = run.epochs.size();
+  py::dict d;
+  d["seed"] = run.seed;
+  d["kind"] = run.kind;
+  d["failure"] = run.failure;
+  const auto channels = static_cast<py::ssize_t>(kHonestChannels.size());
+  double *time = add_column(d, "time_s", n), *error = add_column(d, "error", n, {channels}),
+         *sigma = add_column(d, "sigma", n, {channels}),
+         *nees = add_column(d, "nees", n, {static_cast<py::ssize_t>(kHonestBlocks.size())});
+  for (const HonestEpoch& epoch : run.epochs) {
+    *time++ = epoch.t_s;
+    error = std::copy(epoch.error.begin(), epoch.error.end(), error);
+    sigma = std::copy(epoch.sigma.begin(), epoch.sigma.end(), sigma);
+    nees = std::copy(epoch.nees.begin(), epoch.nees.end(), nees);
+  }
+  d["fitted"] = run.fitted;
+  d["parameters"] = honest_parameters(run);
+  d["settled"] = run.settled;
+  d["evaluations"] = run.evaluations;
+  d["latency_error_s"] = run.latency_error_s;
+  d["latency_std_s"] = run.latency_std_s;
+  d["velocity_latency_error_s"] = run.velocity_latency_error_s;
+  d["velocity_latency_std_s"] = run.velocity_latency_std_s;
+  d["simulate_s"] = run.simulate_s;
+  d["run_s"] = run.run_s;
+  return d;
+}
+
+py::list honest_flights(const HonestCase& honest, std::uint64_t first_seed, std::size_t count,
+                        const py::object& progress) {
+  const Progress callback = progress_from(progress);
+  std::vector<HonestRun> runs;
+  {
+    py::gil_scoped_release release;
+    runs = honest_runs(honest, first_seed, count, callback);
+  }
+  py::list all;
+  for (const HonestRun& run : runs) all.append(honest_content(run));
+  return all;
+}
+
+void bind_honest(py::module_& m) {
+  bind_honest_case(m);
+  py::list channels, blocks;
+  for (const char* name : kHonestChannels) channels.append(name);
+  for (const char* name : kHonestBlocks) blocks.append(name);
+  m.attr("HONEST_CHANNELS") = py::tuple(channels);
+  m.attr("HONEST_BLOCKS") = py::tuple(blocks);
+  m.def("honest_runs", &honest_flights, py::arg("case"), py::arg("first_seed"), py::arg("count"),
+        py::arg("progress") = py::none(),
+        "Flights of the case with seeds from first_seed on; one dict each, by name:\n\n"
+        "seed, kind, failure (empty for a run that went through); time_s (n,), error, sigma (n, HONEST_CHANNELS), "
+        "nees (n, HONEST_BLOCKS);\n"
+        "fitted, and of the fit: parameters, settled, evaluations, latency_error_s, latency_std_s and those of the "
+        "velocity;\n"
+        "simulate_s, run_s.\n\n"
+        "progress(done, total) is called now and then; returning False raises Cancelled. Raises Error.");
+}
+
 }  // namespace
 
 void bind_study(py::module_& m) {
@@ -158,6 +265,7 @@ void bind_study(py::module_& m) {
       "progress(done, total) is called now and then; returning False raises Cancelled. Raises Error.");
   m.def("study_bound", &bound, py::arg("study"), py::arg("truth"),
         "The same arrays of one run of the Lie model without sensor errors: its variances are the bound.");
+  bind_honest(m);
 }
 
 }  // namespace liealign::bindings

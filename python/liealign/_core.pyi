@@ -523,6 +523,7 @@ class GnssErrors:
     heading: bool
     heading_std_deg: float
     stated_heading_std_deg: float
+    fix: int
     def __init__(
         self,
         *,
@@ -551,6 +552,7 @@ class GnssErrors:
         heading: bool = ...,
         heading_std_deg: float = ...,
         stated_heading_std_deg: float = ...,
+        fix: int = ...,
     ) -> None: ...
 
 class TruthColumns(TypedDict):
@@ -704,3 +706,44 @@ def run_study(
     study: StudyCase, truth: Truth, first: int, count: int, progress: ProgressCallback | None = None
 ) -> dict[str, Any]: ...
 def study_bound(study: StudyCase, truth: Truth) -> dict[str, Any]: ...
+
+class HonestCase:
+    config: Config
+    gnss: GnssErrors
+    kinds: Sequence[str]
+    rate_hz: float
+    parked_s: float
+    flight_s: float
+    start_after_s: float
+    latency_start_std_s: float
+    rest_s: float
+    tilt_std_deg: float
+    heading_std_deg: float
+    velocity_std_mps: float
+    settle_s: float
+    every_s: float
+    def __init__(
+        self,
+        *,
+        config: Config = ...,
+        gnss: GnssErrors = ...,
+        kinds: Sequence[str] = ...,
+        rate_hz: float = ...,
+        parked_s: float = ...,
+        flight_s: float = ...,
+        start_after_s: float = ...,
+        latency_start_std_s: float = ...,
+        rest_s: float = ...,
+        tilt_std_deg: float = ...,
+        heading_std_deg: float = ...,
+        velocity_std_mps: float = ...,
+        settle_s: float = ...,
+        every_s: float = ...,
+    ) -> None: ...
+
+HONEST_CHANNELS: tuple[str, ...]
+HONEST_BLOCKS: tuple[str, ...]
+
+def honest_runs(
+    case: HonestCase, first_seed: int, count: int, progress: ProgressCallback | None = None
+) -> list[dict[str, Any]]: ...

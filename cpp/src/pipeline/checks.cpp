@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "liealign/pipeline/checks.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -49,14 +50,17 @@ double vertical_force_error(const ImuSeries& imu, const RestStatistics& rest, do
 
 }  // namespace
 
-std::vector<std::string> check_force_at_rest(const RestStatistics& rest, const std::string& file) {
+std::vector<std::string> check_force_at_rest(const RestStatistics& rest, double bias_std_mps2,
+                                             const std::string& file) {
   const Vector3d& f = rest.mean_f_ib_b;
   const double norm = f.norm();
   if (norm > 0.9 && norm < 1.1) {
     throw InputError(file + ": the specific force at rest is " + number(norm) +
                      ", expected 9.8 m/s^2: the accelerometers are in g; set imu.accel_unit = \"g\" (--accel-unit g)");
   }
-  if (norm < 9.0 || norm > 10.6) {
+  constexpr double kLeast = 9.0, kMost = 10.6, kSigmas = 4.0;
+  const double bias = kSigmas * bias_std_mps2;
+  if (norm < std::min(kLeast, kStandardGravity - bias) || norm > std::max(kMost, kStandardGravity + bias)) {
     throw InputError(file + ": the specific force at rest is " + number(norm) +
                      " m/s^2, expected 9.8; check the units, scale and sample kind of the accelerometers "
                      "(imu.accel_unit, imu.sample)");

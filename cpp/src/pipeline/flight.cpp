@@ -305,7 +305,8 @@ PreparedFlight prepare_flight(Flight flight) {
     out.t_begin_s = start.rest.begin_s;
     problem.t_begin_s = std::max(start.rest.begin_s, start.rest.end_s - config.align.max_rest_s);
     problem.rest = rest_statistics(data.imu(), data.fixes, start.rest);
-    for (const std::string& warning : check_force_at_rest(problem.rest, config.imu.file))
+    const double bias_std_mps2 = initial_std(config).accel_bias_mps2;
+    for (const std::string& warning : check_force_at_rest(problem.rest, bias_std_mps2, config.imu.file))
       out.warnings.push_back(warning);
   }
   problem.initial = initial_std(config);

@@ -83,9 +83,25 @@ void check(const GnssErrors& e) {
   require_not_negative("the size of latency_s", std::abs(e.latency_s));
   require_not_negative("the size of velocity_latency_s", std::abs(e.velocity_latency_s.value_or(0.0)));
   require_not_negative("outlier_m", e.outlier_m);
+  if (e.fix < 1 || e.fix > 6) refuse_value("fix", e.fix, "a whole number from 1 to 6");
   if (!(e.outlier_probability >= 0.0 && e.outlier_probability <= 1.0)) {
     refuse_value("outlier_probability", e.outlier_probability, "a number from 0 to 1");
   }
+}
+
+// The multiples t_n of 1 / rate_hz inside the truth. An epoch meant to be on the grid may be stamped an ulp beside it.
+std::vector<double> epochs_of(const Truth& truth, const GnssErrors& e) {
+  const double first = std::ceil((truth.epochs.front().t_s - kStampSlack_s) * e.rate_hz);
+  const double last = std::floor((truth.epochs.back().t_s + kStampSlack_s) * e.rate_hz);
+  std::vector<double> t_n;
+  for (double n = first; n <= last; n += 1.0)  // NOLINT(*FloatLoopCounter): whole numbers, exact up to 2^53
+    t_n.push_back(n / e.rate_hz);
+  return t_n;
+}
+
+std::vector<Vector3d> correlated_error(const std::vector<double>& t_n, const GnssErrors& e, std::uint64_t seed) {
+  return gauss_markov(t_n, {e.correlated_std_ned_m, e.correlation_time_s, e.smoothing_time_s},
+                      Random(seed, kFixCorrelated));
 }
 
 // What one record has of the errors.
@@ -101,8 +117,7 @@ struct FixErrors {
 std::vector<FixErrors> draw_errors(const std::vector<double>& t_n, const GnssErrors& e, std::uint64_t seed) {
   Random position(seed, kFix), velocity(seed, kFixVelocity), outlier(seed, kOutlier), jitter(seed, kStampJitter),
       arrival(seed, kArrival), heading(seed, kFixHeading);
-  const std::vector<Vector3d> c = gauss_markov(t_n, {e.correlated_std_ned_m, e.correlation_time_s, e.smoothing_time_s},
-                                               Random(seed, kFixCorrelated));
+  const std::vector<Vector3d> c = correlated_error(t_n, e, seed);
   const std::vector<Vector3d> s = gauss_markov(t_n, {e.velocity_correlated_std_ned, e.velocity_correlation_time_s, 0.0},
                                                Random(seed, kVelocityCorrelated));
   std::vector<FixErrors> errors(t_n.size());
@@ -223,12 +238,7 @@ int quality(const GnssRecord& record) {
 std::vector<GnssRecord> simulate_gnss(const Truth& truth, const GnssErrors& errors, std::uint64_t seed) {
   check(truth);
   check(errors);
-  // An epoch meant to be on the grid may be stamped an ulp beside it.
-  const double first = std::ceil((truth.epochs.front().t_s - kStampSlack_s) * errors.rate_hz);
-  const double last = std::floor((truth.epochs.back().t_s + kStampSlack_s) * errors.rate_hz);
-  std::vector<double> t_n;
-  for (double n = first; n <= last; n += 1.0)  // NOLINT(*FloatLoopCounter): whole numbers, exact up to 2^53
-    t_n.push_back(n / errors.rate_hz);
+  const std::vector<double> t_n = epochs_of(truth, errors);
   const std::vector<FixErrors> drawn = draw_errors(t_n, errors, seed);
   const Vector3d steps = column_steps(truth, errors);
   const Matrix3d P_n_m2 = stated_std_ned_m(errors).cwiseAbs2().asDiagonal();
@@ -243,13 +253,20 @@ std::vector<GnssRecord> simulate_gnss(const Truth& truth, const GnssErrors& erro
     if (errors.arrival_delay_s > 0.0 && !records.empty())
       record.t_s = std::max(record.t_s, records.back().t_s + kMessage_s);
     record.P_n_m2 = P_n_m2;
-    record.fix = quality(record);
+    record.fix = errors.fix > 0 ? errors.fix : quality(record);
     put_position(record, antenna, drawn[n], steps);
     if (errors.velocity) put_velocity(record, antenna_at(truth, errors.l_ba_b, velocity_t_s), drawn[n], errors);
     if (errors.heading) put_heading(record, antenna, drawn[n], errors);
     records.push_back(record);
   }
   return records;
+}
+
+ReceiverErrors receiver_errors(const Truth& truth, const GnssErrors& errors, std::uint64_t seed) {
+  check(truth);
+  check(errors);
+  const std::vector<double> t_n = epochs_of(truth, errors);
+  return {t_n, correlated_error(t_n, errors, seed)};
 }
 
 SE23<double> truth_at(const Truth& truth, double t_s) {

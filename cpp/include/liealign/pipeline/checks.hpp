@@ -17,8 +17,8 @@
 namespace liealign {
 
 // Throws InputError `file: ...` naming what is wrong and the key (and flag) that mends it. Returns warnings about what is
-// odd but possible.
-std::vector<std::string> check_force_at_rest(const RestStatistics& rest, const std::string& file);
+// odd but possible. `bias_std_mps2`: of the accelerometers at power-up, four of which are no fault.
+std::vector<std::string> check_force_at_rest(const RestStatistics& rest, double bias_std_mps2, const std::string& file);
 
 // True when the motion of `imu` (prepared, body axes) after the rest is explained far better by rates 57.3 times smaller.
 bool rates_look_like_degrees(const ImuSeries& imu, const RestStatistics& rest);

@@ -99,16 +99,26 @@ struct GnssErrors {
   bool heading = false;  // of the body's x axis, by a second antenna (Eq. 76)
   double heading_std_deg = 0.3;
   double stated_heading_std_deg = 0.0;  // 0 = heading_std_deg
+
+  int fix = 0;  // what the column of that name says: RTKLIB's Q, 1 fixed ... 5 single; 0 = by the stated sigmas
 };
 
 // (Eq. 47), (Eq. 73)-(Eq. 74) at the multiples t_n of 1 / rate_hz inside the truth; between epochs X is interpolated on the
 // group, X_k exp(a log(X_k^-1 X_{k+1})), and the rate linearly between the middles of the samples. c and s are those of t_n.
 // Each error is a stream of the seed of its own. A record whose position or velocity would be of a time outside the truth is
 // left out. Arrivals keep their order: a message ends a millisecond after the one before at the earliest.
-// fix is what a receiver with such stated sigmas reports: 1, 2 or 5.
+// A fix column that is not given is what a receiver with such stated sigmas reports: 1, 2 or 5.
 // Throws Error for an empty or inconsistent truth, a rate or correlation time that is not positive, a negative sigma, delay
 // or step, or a probability outside [0, 1].
 std::vector<GnssRecord> simulate_gnss(const Truth& truth, const GnssErrors& errors, std::uint64_t seed);
+
+// c of the records that simulate_gnss() makes of the same truth, errors and seed: what a trajectory in the receiver's own datum
+// is off by. At every t_n, also where its record is left out.
+struct ReceiverErrors {
+  std::vector<double> t_s;    // true times t_n
+  std::vector<Vector3d> c_n;  // m, NED
+};
+ReceiverErrors receiver_errors(const Truth& truth, const GnssErrors& errors, std::uint64_t seed);
 
 // What the records state.
 Vector3d stated_std_ned_m(const GnssErrors& errors);
