@@ -95,8 +95,8 @@ class FitPasses {
   FitPasses(const ReceiverProblem& problem, const SampleBlocks& blocks, const ReceiverLatency& latency)
       : problem_(problem), latency_(latency) {
     std::vector<double> stops = {problem.cursor.t_s};
-    for (const Observation& o : with_receiver(problem, medians(problem.prior), latency).observations) {
-      if (o.t_s > problem.cursor.t_s && o.t_s <= problem.fit_end_s) stops.push_back(o.t_s);
+    for (const Observation& o : observations_of(medians(problem.prior)).observations) {
+      if (o.t_s > problem.cursor.t_s) stops.push_back(o.t_s);
     }
     series_ = preintegrate(problem.data.imu(), blocks, stops);
   }
@@ -106,7 +106,7 @@ class FitPasses {
     Belief<Model> end;
   };
   Pass run(const ReceiverParameters& theta) const {
-    const FlightData data = with_receiver(problem_, theta, latency_);
+    const FlightData data = observations_of(theta);
     FilterOptions options = with_receiver(problem_, theta);
     // Bounded, never rejected: what a gate throws out says nothing, and then throwing out is the best fit.
     constexpr double kBound = 25.0;
@@ -120,6 +120,21 @@ class FitPasses {
   }
 
  private:
+  // Of a long rest its last part and the first fix, which says where c and p are together.
+  FlightData observations_of(const ReceiverParameters& theta) const {
+    FlightData data = with_receiver(problem_, theta, latency_);
+    const auto is_fix = [](const Observation& o) {
+      return o.kind->gate == GateClass::position || o.kind->gate == GateClass::velocity;
+    };
+    const auto first = std::find_if(data.observations.begin(), data.observations.end(),
+                                    [&](const Observation& o) { return is_fix(o) && o.t_s > problem_.cursor.t_s; });
+    const std::size_t message = first == data.observations.end() ? ObservationMemory::kNone : first->record;
+    std::erase_if(data.observations, [&](const Observation& o) {
+      return o.t_s > problem_.fit_end_s || (is_fix(o) && o.t_s < problem_.fit_begin_s && o.record != message);
+    });
+    return data;
+  }
+
   const ReceiverProblem& problem_;
   ReceiverLatency latency_;
   IntervalSeries series_;
@@ -196,11 +211,17 @@ class ReceiverSearch {
     return all;
   }
 
+  // Parameters and latencies in turn, as long as the cost falls: under a poor model of the noise a filter may find latencies that
+  // fit worse than those it was linearised about.
   Attempt settle(Attempt at) {
     linearise(at);
-    for (int round = 0; round < kMostRounds; ++round) {
-      improve(at);
-      if (!std::isfinite(at.cost) || linearise(at) < kNear_s) break;
+    improve(at);
+    for (int round = 1; round < kMostRounds && std::isfinite(at.cost); ++round) {
+      Attempt next = at;
+      if (linearise(next) < kNear_s) return next;
+      improve(next);
+      if (!(next.cost < at.cost)) break;
+      at = next;
     }
     return at;
   }
@@ -300,6 +321,16 @@ FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverParame
                   theta.jitter_s,
                   problem.baro_std_m,
                   problem.baro_tau_s};
+  return options;
+}
+
+FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverFit& fit) {
+  // The flight may move them as far as the part that they were found from leaves open, thrice over.
+  constexpr double kLeast_s = 0.005, kOpen = 3.0;
+  const auto open = [&](double prior_s, double std_s) { return std::min(prior_s, std::max(kLeast_s, kOpen * std_s)); };
+  FilterOptions options = with_receiver(problem, fit.parameters);
+  options.tail.latency_std_s = open(options.tail.latency_std_s, fit.latency.position_std_s);
+  options.tail.velocity_latency_std_s = open(options.tail.velocity_latency_std_s, fit.latency.velocity_std_s);
   return options;
 }
 

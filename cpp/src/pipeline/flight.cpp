@@ -35,7 +35,10 @@ void raise_to_floor(Matrix3d& P, double floor) {
   for (int i = 0; i < 3; ++i) P(i, i) = std::max(P(i, i), floor * floor);
 }
 
+// A receiver that has no fix yet states kilometres.
 bool accepted(const GnssRecord& r, const Config& config) {
+  constexpr double kNoFix_m = 1e4;
+  if (r.P_n_m2(0, 0) + r.P_n_m2(1, 1) > kNoFix_m * kNoFix_m) return false;
   const std::vector<int>& accept = config.gnss.accept_fix;
   return r.fix < 0 || std::find(accept.begin(), accept.end(), r.fix) != accept.end();
 }

@@ -288,7 +288,7 @@ RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, c
     const ReceiverProblem receiver = receiver_problem(flight, heading, flight.filter, run.belief, run.cursor);
     run.receiver = fit_receiver(receiver, progress);
     run.data = with_receiver(receiver, run.receiver->parameters, run.receiver->latency);
-    run.filter = with_receiver(receiver, run.receiver->parameters);
+    run.filter = with_receiver(receiver, *run.receiver);
     run.wide_position_std_m = receiver.wide_position_std_m;
     return run;
   }

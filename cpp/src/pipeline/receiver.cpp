@@ -85,16 +85,16 @@ void add_messages(const PreparedFlight& flight, const Receiver& receiver, double
   }
 }
 
-// The observation that ends what theta is found from: a few minutes, and no more messages than take a second or two.
+// The end of what theta is found from: a few minutes of motion, and no more messages than take a second or two.
 double fit_end(const PreparedFlight& flight, const std::vector<Observation>& observations, double begin_s) {
   constexpr double kLongest_s = 300.0;
-  constexpr std::size_t kMostMessages = 1000;
+  constexpr std::size_t kMostMessages = 1500;
   const double end_s = std::min(flight.problem.t_start_s + kLongest_s, flight.data.imu().back().t_s);
   std::size_t messages = 0;
   for (const Observation& o : observations) {
     if (o.kind->gate != GateClass::position || o.t_s < begin_s) continue;
     if (o.t_s > end_s) break;
-    if (++messages == kMostMessages) return std::max(o.t_s, flight.problem.t_start_s + 60.0);
+    if (++messages == kMostMessages) return o.t_s;
   }
   return end_s;
 }
@@ -152,7 +152,8 @@ ReceiverProblem receiver_problem(const PreparedFlight& flight, const HeadingResu
   std::vector<Observation>& all = problem.data.observations;
   Collected to{all, problem.rounding};
   add_messages(flight, receiver, heading.parameters.clock_drift, flight.data.l_ba_b, to);
-  problem.wide_position_std_m = 100.0 * std::sqrt(all.empty() ? 1.0 : all.front().R.trace() / 3.0);
+  // As good as nothing beside the first fix; much wider costs digits in the smoother.
+  problem.wide_position_std_m = 10.0 * std::sqrt(all.empty() ? 1.0 : all.front().R.trace() / 3.0);
   std::vector<Observation> others;
   add_other_observations(flight, 0.0, others);
   for (const RestUpdate& rest : flight.data.rests) add_observations(rest, flight.data.rest_noise, others);
@@ -174,7 +175,9 @@ ReceiverProblem receiver_problem(const PreparedFlight& flight, const HeadingResu
     problem.baro_std_m = flight.config.baro.bias_std_m;
     problem.baro_tau_s = flight.config.baro.bias_correlation_time_s;
   }
-  problem.fit_end_s = fit_end(flight, all, cursor.t_s);
+  constexpr double kRest_s = 30.0;  // of the rest before the motion
+  problem.fit_begin_s = flight.problem.t_start_s - kRest_s;
+  problem.fit_end_s = fit_end(flight, all, problem.fit_begin_s);
   return problem;
 }
 

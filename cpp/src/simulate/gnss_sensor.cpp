@@ -83,7 +83,7 @@ void check(const GnssErrors& e) {
   require_not_negative("the size of latency_s", std::abs(e.latency_s));
   require_not_negative("the size of velocity_latency_s", std::abs(e.velocity_latency_s.value_or(0.0)));
   require_not_negative("outlier_m", e.outlier_m);
-  if (e.fix < 1 || e.fix > 6) refuse_value("fix", e.fix, "a whole number from 1 to 6");
+  if (e.fix < 0 || e.fix > 6) refuse_value("fix", e.fix, "a whole number from 0 to 6");
   if (!(e.outlier_probability >= 0.0 && e.outlier_probability <= 1.0)) {
     refuse_value("outlier_probability", e.outlier_probability, "a number from 0 to 1");
   }

@@ -53,7 +53,7 @@ struct ReceiverProblem {
   FilterOptions filter;
   Belief<LieModel<double>> start;
   ImuCursor cursor;
-  double fit_end_s = 0.0;  // theta is found from observations up to there
+  double fit_begin_s = 0.0, fit_end_s = 0.0;  // theta is found from the fixes in between, and the first of all
   ReceiverPrior prior;
   ReceiverLatency latency;  // to begin with; the std of its prior, 0: given
   double wide_position_std_m = 0.0;  // of the start: its first fix says where it is, with the error of that fix
@@ -85,6 +85,8 @@ ReceiverLatency found_latency(const ReceiverLatency& nominal, const Belief<LieMo
 FlightData with_receiver(const ReceiverProblem& problem, const ReceiverParameters& parameters,
                          const ReceiverLatency& latency);
 FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverParameters& parameters);
+// For the run from what was found.
+FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverFit& fit);
 
 // The start of a run with a tail: c by its prior, and a position that the first fix will say.
 template <int tail>
