@@ -32,7 +32,7 @@ inline Observation some_observation(const ObservationKind& kind, const NavState<
   const Vector3d along = normal3(rng);
   o.lever_b =
       X.first.C.transpose() * C_ne * Vector3d(std::cos(along.x()), std::sin(along.x()), 0.4 * std::sin(along.y()));
-  o.place_e = X.first.p + normal3(rng, 10.0);
+  o.place_e = X.first.p + normal3(rng, 1e4);  // so far that a distance from there is straight
   o.span_s = 1.0;
   o.y = -seen_of(o, X, Vector3d::Zero(), Vector3d::Zero()).z + normal3(rng, 0.01);
   return o;

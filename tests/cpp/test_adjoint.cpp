@@ -123,7 +123,7 @@ constexpr double kTolerance = 2e-3;
 
 TYPED_TEST(AdjointLaws, goes_back_through_an_update_and_a_weighted_one) {
   for (const bool reset : {false, true}) {
-    for (const double sigmas : {1.0, 6.0}) {
+    for (const double sigmas : {0.5, 6.0}) {
       Scene<TypeParam> s;
       s.options.covariance_reset = reset;
       s.options.gate = {Outliers::weight, 16.27};

@@ -249,8 +249,9 @@ TEST(NewKind, goes_through_the_forward_pass_and_its_gate) {
   forward_pass(r.prepared.data, r.prepared.filter, belief, cursor_at(imu, r.prepared.t_begin_s), imu.back().t_s,
                counts);
   EXPECT_EQ(counts.seen, r.ranges);
-  EXPECT_EQ(counts.outliers, 1U);
-  const auto n = static_cast<double>(counts.seen - 1);
+  EXPECT_GE(counts.outliers, 1U);
+  EXPECT_LE(counts.outliers, 3U);  // one in a thousand is beyond the gate by chance
+  const auto n = static_cast<double>(counts.seen - counts.outliers);
   EXPECT_NEAR(counts.nis / n, 1.0, 4.0 * std::sqrt(2.0 / n));  // chi-square with one degree of freedom
 }
 
