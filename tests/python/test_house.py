@@ -19,12 +19,13 @@ FLOORS = {
     "lie": 2,
     "earth": 2,
     "ins": 3,
-    "estimate": 4,
-    "simulate": 4,
-    "io": 4,
-    "align": 5,
-    "pipeline": 6,
-    "study": 7,
+    "observe": 4,
+    "estimate": 5,
+    "simulate": 5,
+    "io": 5,
+    "align": 6,
+    "pipeline": 7,
+    "study": 8,
 }
 # io is a side room: of ins it sees the data structs only.
 IO_SEES_OF_INS = {"ins/imu.hpp", "ins/gnss.hpp", "ins/baro.hpp"}
