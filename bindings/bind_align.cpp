@@ -1,4 +1,4 @@
-// Floor 5: the heading search as ask/tell. evaluate_candidates is with the prepared flight, in bind_flight.cpp.
+// Floor 6: the heading search as ask/tell. evaluate_candidates is with the prepared flight, in bind_flight.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "floors.hpp"
 #include "liealign/align/heading_search.hpp"

@@ -1,4 +1,4 @@
-// Floor 6: the configuration. Python values to ConfigEntry and back; the field table does the rest.
+// Floor 7: the configuration. Python values to ConfigEntry and back; the field table does the rest.
 // SPDX-License-Identifier: Apache-2.0
 #include <tuple>
 

@@ -1,4 +1,4 @@
-// Floor 6: a flight as read and as the filters take it, from files and from arrays; the candidate bank over it.
+// Floor 7: a flight as read and as the filters take it, from files and from arrays; the candidate bank over it.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <optional>

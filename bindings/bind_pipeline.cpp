@@ -1,4 +1,4 @@
-// Floor 6: filter and smoother over a prepared flight, their output as numpy columns and as files.
+// Floor 7: filter and smoother over a prepared flight, their output as numpy columns and as files.
 // SPDX-License-Identifier: Apache-2.0
 #include <limits>
 #include <optional>

@@ -1,4 +1,4 @@
-// Floors 4 and 6: simulated flights. Their parameters are keyword arguments named as the fields.
+// Floors 5 and 7: simulated flights. Their parameters are keyword arguments named as the fields.
 // SPDX-License-Identifier: Apache-2.0
 #include "floors.hpp"
 #include "liealign/align/heading_search.hpp"

@@ -1,4 +1,4 @@
-// Floor 7: Monte Carlo runs of a study, their errors as numpy arrays.
+// Floor 8: Monte Carlo runs of a study, their errors as numpy arrays.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdint>

@@ -258,7 +258,7 @@ def test_compare_json(case: SimulatedCase, sbet: Path, main: MainInProcess) -> N
     heading = next(channel for channel in content["channels"] if channel["name"] == "heading")
     assert set(heading) == {
         *("name", "unit", "mean", "rms", "p95", "max"),
-        *("within_1_sigma", "within_2_sigma", "rms_over_sigma"),
+        *("within_1_sigma", "within_2_sigma", "rms_over_sigma", "rms_relative_sigma"),
     }
     assert heading["unit"] == "deg" and 0.0 < heading["rms"] < 0.2
 

@@ -129,7 +129,7 @@ def without_columns(path: Path, *names: str) -> None:
 
 
 def test_external_heading_improves_the_heading(tmp_path: Path) -> None:
-    simulated = simulate(11, gentle=True, heading=True, heading_std_deg=0.3)
+    simulated = simulate(13, gentle=True, heading=True, heading_std_deg=0.1)
     liealign.write_flight(str(tmp_path), simulated)
     flight = liealign.read_flight(tmp_path / "FLIGHT.toml")
     assert np.isfinite(flight.gnss()["heading_deg"]).all()

@@ -27,7 +27,7 @@ from .test_cli import cut_to_rest
 
 SECTIONS = [
     *("verdict", "findings", "map", "height", "attitude", "velocity", "biases", "residuals-position"),
-    *("residuals-velocity", "heading", "filter", "sigmas", "accuracy", "run"),
+    *("residuals-velocity", "receiver", "heading", "filter", "sigmas", "accuracy", "run"),
 ]
 MAX_BYTES = 8_000_000
 NO_PLOTLY = "/* plotly */"  # for the tests that only read the page
@@ -249,6 +249,28 @@ def test_unobservable_heading_is_not_made_up(unobservable: str) -> None:
     assert not [s for s in figures["curve"]["layout"]["shapes"] if s["type"] == "rect"]
 
 
+def test_both_sigmas_of_a_position_and_what_they_rest_on(case: SimulatedCase, page: str) -> None:
+    text, s = Html(page).text, case.solution.summary
+    found = case.solution.receiver
+    assert found is not None
+    for kind, topic in (("std", "Position sigma"), ("relative_std", "Relative sigma")):
+        both = (words.significant(s[f"median_{kind}_{axis}_m"]) for axis in ("horizontal", "down"))
+        assert f"{topic} {', '.join(both)} m" in text
+    assert "The absolute accuracy cannot be checked from this flight: the file states 0.014 m" in text
+    assert "only its drift was measured. A base, a check point or a loop closure can." in text
+    assert f"jitter of the stamps {words.significant(1e3 * found.stamp_jitter_s)} ms" in text
+    assert "Velocity latency" in text and "latency of velocities" in text
+    assert "stated accuracy is too optimistic" not in text
+
+
+def test_white_errors_have_one_sigma(case: SimulatedCase) -> None:
+    white = liealign.make_config({"gnss.error_model": "white"}, base=case.simulated.flight.config)
+    flight = liealign.prepare_flight(case.simulated.flight.with_config(white))
+    text = Html(liealign.report_html(flight, case.alignment, liealign.process(flight, case.alignment))).text
+    assert "independent from fix to fix (white)" in text and "Horizontal sigma" in text
+    assert "Relative sigma" not in text and "cannot be checked from this flight" not in text
+
+
 # ---- what an analyst must not overlook ---------------------------------------------------------------------
 
 
@@ -271,7 +293,12 @@ def test_hostile_names_and_warnings_stay_text(case: SimulatedCase, review: Revie
 
 
 def test_mismatch_takes_the_green_away(review: Review) -> None:
-    loud = dataclasses.replace(review, facts={**review.facts, "gate_scale_position": 25.0})
+    white = {**review.summary, "gnss_error_model": "white"}
+    loud = dataclasses.replace(
+        review,
+        facts={**review.facts, "gate_scale_position": 25.0},
+        solution=dataclasses.replace(review.solution, summary=white),
+    )
     html = Html(render(loud, NO_PLOTLY))
     std = review.alignment.heading_std_deg
     assert std is not None
@@ -375,7 +402,9 @@ def long_review(case: SimulatedCase) -> Review:
         s, **trajectory, innovations=liealign.Innovations(**innovations), engine=engine, filtered=None
     )
     fixes = stretched(case.prepared.fix_p_ea_e_m, m)
-    prepared: Any = SimpleNamespace(config=case.prepared.config, fix_p_ea_e_m=fixes)
+    prepared: Any = SimpleNamespace(
+        config=case.prepared.config, fix_p_ea_e_m=fixes, fix_std_p_n_m=case.prepared.fix_std_p_n_m
+    )
     return make_review(prepared, case.alignment, solution)
 
 

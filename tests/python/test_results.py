@@ -16,7 +16,8 @@ from .conftest import Cli, Files, SimulatedCase
 
 STATE = "time_s,lat_deg,lon_deg,height_m,vn_mps,ve_mps,vd_mps,roll_deg,pitch_deg,heading_deg"
 STATE_STD = (
-    "std_n_m,std_e_m,std_d_m,std_vn_mps,std_ve_mps,std_vd_mps,std_roll_deg,std_pitch_deg,std_heading_deg"
+    "std_n_m,std_e_m,std_d_m,std_vn_mps,std_ve_mps,std_vd_mps,std_roll_deg,std_pitch_deg,std_heading_deg,"
+    "relative_std_n_m,relative_std_e_m,relative_std_d_m"
 )
 HEADERS = {
     "trajectory.csv": f"{STATE},{STATE_STD}",
@@ -81,6 +82,7 @@ def test_files_hold_what_the_api_gives(case: SimulatedCase, out: Path) -> None:
     np.testing.assert_allclose(column(path, "lat_deg"), s.lat_deg, atol=1e-11)
     np.testing.assert_allclose(column(path, "heading_deg"), s.rpy_deg[:, 2], atol=1e-6)
     np.testing.assert_allclose(column(path, "std_d_m"), s.std_p_n_m[:, 2], atol=1e-5)
+    np.testing.assert_allclose(column(path, "relative_std_n_m"), s.relative_std_p_n_m[:, 0], atol=1e-5)
     np.testing.assert_allclose(column(out / "biases.csv", "gyro_bias_z_rps"), s.b_g_rps[:, 2], atol=1e-10)
 
 
@@ -109,7 +111,14 @@ def test_summary_has_one_number_per_key(case: SimulatedCase, out: Path) -> None:
     assert summary["version"] == liealign.__version__
     no_numbers = {key for key, value in summary.items() if not isinstance(value, int | float)}
     assert no_numbers == {
-        *("version", "verdict", "warnings", "gps_week"),
+        *("version", "verdict", "warnings", "gps_week", "gnss_error_model"),
+        # null: not found by the model of the receiver's errors
+        *(
+            "imu_noise_scale_std",
+            "accel_noise_scale_std",
+            "gnss_std_scale_std",
+            "gnss_velocity_std_scale_std",
+        ),
         "clock_drift_std_ppm",  # null: the flight is too short for it
     }
 

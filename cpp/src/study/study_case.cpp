@@ -102,7 +102,9 @@ StudyStart drawn_start(const StudyCase& study, const Config& config, const Truth
   return start;
 }
 
-StudyStart aligned_start(const Config& config, const StudySensors& sensors) {
+// The three filters have no room for a receiver's own errors, so that their start and their noise are of white ones.
+StudyStart aligned_start(Config config, const StudySensors& sensors) {
+  config.gnss.error_model = "white";
   const PreparedFlight flight = prepare_flight({config, sensors.imu, sensors.gnss, {}});
   HeadingSearch search(heading_search_options(flight));
   while (!search.done()) search.tell(evaluate_candidates(flight.problem, search.ask()));

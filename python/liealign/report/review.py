@@ -76,7 +76,8 @@ class Review:
     """One run, in the coordinates of the figures: metres north and east of the first epoch.
 
     `filtered` and `smoothed` are the states of the IMU after each fix and rest update, None where the run did
-    not keep them. Heading sigmas are NaN where the verdict states none.
+    not keep them. Heading sigmas are NaN where the verdict states none. `stated_std_m` is the usual sigma of
+    the GNSS log, horizontal and down.
     """
 
     prepared: _core.PreparedFlight
@@ -90,6 +91,7 @@ class Review:
     fix_east_m: Array = field(repr=False)
     fix_height_m: Array = field(repr=False)
     std_rpy_deg: Array = field(repr=False)
+    stated_std_m: tuple[float, float]
     filtered: Trajectory | None = field(repr=False)
     smoothed: Trajectory | None = field(repr=False)
     position: Residuals | None
@@ -109,12 +111,6 @@ class Review:
     def receiver(self) -> Receiver | None:
         """What the final run found of the receiver; None where its errors were taken for white."""
         return self.solution.receiver
-
-    @property
-    def stated_std_m(self) -> tuple[float, float]:
-        """Usual sigma that the GNSS log states, horizontal and down, as the run took it [m]."""
-        std = self.summary["gnss_std_scale"] * self.prepared.fix_std_p_n_m
-        return float(np.median(np.hypot(std[:, 0], std[:, 1]))), float(np.median(std[:, 2]))
 
     @property
     def mismatch(self) -> tuple[str, float] | None:
@@ -159,6 +155,7 @@ def make_review(
     to_n = ned_rows(solution.lat_deg[:1], solution.lon_deg[:1])[0]
     local = (solution.p_eb_e_m - solution.p_eb_e_m[0]) @ to_n.T
     fix_e = prepared.fix_p_ea_e_m
+    stated = prepared.fix_std_p_n_m
     fix_local = (fix_e - solution.p_eb_e_m[0]) @ to_n.T
     std_rpy = solution.std_rpy_deg.copy()
     if alignment.verdict not in ("aligned", "weak"):
@@ -176,6 +173,7 @@ def make_review(
         fix_east_m=fix_local[:, 1],
         fix_height_m=_core.geodetic_from_ecef(fix_e)[2],
         std_rpy_deg=std_rpy,
+        stated_std_m=(float(np.median(np.hypot(stated[:, 0], stated[:, 1]))), float(np.median(stated[:, 2]))),
         filtered=events[0] if events else None,
         smoothed=events[1] if events else None,
         position=_residuals(solution, "p", "position", "m", _opened(solution, facts, "position")),

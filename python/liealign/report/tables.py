@@ -18,6 +18,7 @@ from liealign.report.words import (
     percent,
     scale_text,
     significant,
+    spread_text,
 )
 from liealign.solution import Array, Receiver
 
@@ -168,11 +169,8 @@ def _spread(values: Array) -> list[str]:
 
 def receiver_table(review: Review, found: Receiver) -> str:
     """Return what was found of the receiver: value, and what it means."""
-    horizontal, down = (significant(std) for std in review.stated_std_m)
-    white = [
-        significant(found.white_std_scale / review.summary["gnss_std_scale"] * std)
-        for std in review.stated_std_m
-    ]
+    white = [significant(found.white_std_scale * std) for std in review.stated_std_m]
+    lasting_m = [significant(review.summary["gnss_std_scale"] * std) for std in review.stated_std_m]
     jitter_cm = significant(100.0 * 10.0 * found.stamp_jitter_s)
     lasting = (
         "none"
@@ -180,7 +178,6 @@ def receiver_table(review: Review, found: Receiver) -> str:
         else _with_unit(found.velocity_correlated_std_mps, "m/s")
     )
     smoothing = "not smoothed" if found.smoothing_time_s == 0.0 else _with_unit(found.smoothing_time_s, "s")
-    spread = f"{significant(1e3 * found.latency_model_spread_s)} ms"
     rows = [
         (
             "latency of positions",
@@ -193,7 +190,11 @@ def receiver_table(review: Review, found: Receiver) -> str:
             "receivers filter them for longer"
             + ("; not estimated" if found.velocity_latency_std_s is None else ""),
         ),
-        ("spread between models", spread, "by how much other models move the latency of positions"),
+        (
+            "spread between models",
+            spread_text(found),
+            "by how much other models move the latency of positions",
+        ),
         (
             "jitter of the stamps",
             f"{significant(1e3 * found.stamp_jitter_s)} ms",
@@ -201,7 +202,7 @@ def receiver_table(review: Review, found: Receiver) -> str:
         ),
         (
             "position error that lasts",
-            f"{horizontal} m, {down} m",
+            f"{lasting_m[0]} m, {lasting_m[1]} m",
             "horizontal, down; from the file, not found",
         ),
         (

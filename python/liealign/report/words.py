@@ -282,7 +282,7 @@ def _outliers(review: Review, position: Residuals) -> Finding:
     odd = sum(counts.values())
     if not odd:
         return Finding(
-            "good", "Outliers", f"None of {counted(n, 'fix', 'fixes')} was weighted down or rejected."
+            "good", "Outliers", f"Of {counted(n, 'fix', 'fixes')} not one was weighted down or rejected."
         )
     listed = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
     listed = listed.replace("weighted", "weighted down")
@@ -329,11 +329,11 @@ def _given(review: Review, suspicious: bool) -> Finding:
         text = f"Positions {latency_text(review)}, velocities {velocity_latency_text(review)}"
         if found.latency_std_s is None:
             return Finding("look" if suspicious else "good", "GNSS latency", f"{text}.")
-        spread = significant(1e3 * found.latency_model_spread_s)
         return Finding(
             "good",
             "GNSS latency",
-            f"{text}{_clock_drift(s)}. Other models of the receiver move that of positions by {spread} ms.",
+            f"{text}{_clock_drift(s)}. Other models of the receiver move that of positions by "
+            f"{spread_text(found)}.",
         )
     estimated = [key for key in ("gnss_latency", "imu_noise_scale", "gnss_std_scale") if _std_of(s, key)]
     if "gnss_latency" in estimated:
@@ -361,6 +361,12 @@ def _clock_drift(s: dict[str, Any]) -> str:
 def latency_text(review: Review) -> str:
     """Write the latency with its sigma, or that it was given."""
     return _given_or_estimated(review, "gnss_latency", "gnss_latency_s", " s")
+
+
+def spread_text(found: Receiver) -> str:
+    """Write by how much other models of the receiver move the latency of positions."""
+    spread_ms = 1e3 * found.latency_model_spread_s
+    return "less than 0.1 ms" if spread_ms < 0.1 else f"{significant(spread_ms)} ms"
 
 
 def velocity_latency_text(review: Review) -> str:
