@@ -249,21 +249,13 @@ double line_at(const std::vector<double>& s, const std::vector<double>& c, Stret
   return a;
 }
 
-// Fixes of a line. What jitters leaves jitter / sqrt(n) in a line over n fixes, an error that goes on for as long as the line does;
-// clocks bend by 0.1 ms and less within ten minutes.
-std::size_t line_window(double jitter_s, double h) {
-  constexpr double kLineError_s = 5e-4, kLongest_s = 600.0, kMost = 600.0;
-  const double wanted = std::min(std::pow(jitter_s / kLineError_s, 2), kMost);
-  return std::max(kWindow, static_cast<std::size_t>(std::min(wanted, kLongest_s / h)));
-}
-
-// a_i by lines over so many fixes; NaN in a piece between two pauses that is too short for a line.
+// a_i; NaN in a piece between two pauses that is too short for a line.
 std::vector<double> grid_times(const std::vector<double>& s, const std::vector<Stretch>& stretches,
-                               const std::vector<double>& c, std::size_t fixes) {
+                               const std::vector<double>& c) {
   constexpr std::size_t kShortest = 10;
   std::vector<double> a(s.size(), std::numeric_limits<double>::quiet_NaN());
   for (const Stretch& stretch : stretches) {
-    const std::size_t window = std::min(fixes, stretch.end - stretch.begin);
+    const std::size_t window = std::min(kWindow, stretch.end - stretch.begin);
     if (window < kShortest) continue;
     for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
       const std::size_t before = std::min(i - stretch.begin, window / 2);
@@ -322,14 +314,9 @@ StampGrid stamp_grid(const std::vector<GnssRecord>& records) {
     grid.interval_s = long_interval(s, stretches, c);
     if (!(grid.interval_s > 0.0)) return none;
     h = grid.interval_s;
-    if (pass == 0) continue;
-    grid.t_s = grid_times(s, stretches, c, kWindow);
-    if (!settle(s, grid)) return none;
-    const std::size_t fixes = line_window(grid.jitter_s, h);
-    if (fixes == kWindow) continue;
-    grid.t_s = grid_times(s, stretches, c, fixes);
-    if (!settle(s, grid)) return none;
+    if (pass == 1) grid.t_s = grid_times(s, stretches, c);
   }
+  if (!settle(s, grid)) return none;
   constexpr double kLeastJitter_s = 1e-5;  // a tenth of a millimetre at 10 m/s
   grid.arrival = grid.jitter_s > kLeastJitter_s && grid.jitter_s > 2.0 * rounding_rms(s, grid.jitter_s);
   if (!grid.arrival) grid.t_s = s;

@@ -4,8 +4,7 @@
 // Stamps. A receiver measures at t_i = t_0 + c_i h with whole c_i; a logger that stamps the arrival writes
 //   s_i = t_i + delay + e_i,   c_i = round((s_i - p_i) / h),
 // h the interval, p_i the running median of s_j - c_j h, e_i the jitter. The two clocks drift against each other, so the
-// grid is a line over 41 fixes about each one, or over as many as bring the line's own error to half a millisecond, fitted twice, the
-// second time without those beyond 2.5 medians of abs(e):
+// grid is a line over 41 fixes about each one, fitted twice, the second time without those beyond 2.5 medians of abs(e):
 //   (a_i, h_i) = argmin sum_j (s_j - a - (c_j - c_i) h)^2,   t_i = a_i + mean(s - a).
 // A delay that is always there is left in it: it belongs to the latency.
 //
