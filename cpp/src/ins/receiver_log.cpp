@@ -325,7 +325,7 @@ StampGrid stamp_grid(const std::vector<GnssRecord>& records) {
 
 double stamp_walk(const StampGrid& grid) {
   if (!grid.arrival) return 0.0;
-  return grid.jitter_s / static_cast<double>(kWindow) * std::sqrt(2.0 / grid.interval_s);
+  return grid.jitter_s / static_cast<double>(kWindow) * std::sqrt(3.0 / grid.interval_s);
 }
 
 QuantisationSteps quantisation_steps(const std::vector<GnssRecord>& records) {

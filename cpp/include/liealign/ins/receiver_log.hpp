@@ -35,8 +35,9 @@ struct StampGrid {
 StampGrid stamp_grid(const std::vector<GnssRecord>& records);
 
 // How stamps that were put back on the grid wander, as a random walk [s/sqrt(s)]: a line over n fixes is off by jitter / sqrt(n),
-// two lines that share n - k of them differ by the square root of 2 k / n times that, so that
-//   q^2 = 2 jitter^2 / (n^2 h).
+// two lines that share n - k of them differ by the square root of 2 k / n times that, and by half as much variance again because
+// the fixes that are left out as too far change from line to line:
+//   q^2 = 3 jitter^2 / (n^2 h).
 // 0 where they are as they were.
 double stamp_walk(const StampGrid& grid);
 
