@@ -47,7 +47,7 @@ WHEEL_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/*.cmake) \
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo test format sanitized tidy wheel post bench alignment reproduce clean
+.PHONY: help demo test format sanitized tidy wheel post bench alignment honest reproduce clean
 
 help:
 	@echo "make demo       simulate a flight, align it and show the result"
@@ -56,6 +56,7 @@ help:
 	@echo "make post       the standalone executable, for this machine: build/release/liealign-post"
 	@echo "make bench      every benchmark; writes benchmarks/README.md (a quarter of an hour)"
 	@echo "make alignment  headings of thousands of simulated flights; writes benchmarks/alignment.md"
+	@echo "make honest     are the stated sigmas true, case by case; writes docs/validation.md"
 	@echo "make reproduce  the papers' tables and figures; writes docs/reproduction.md (half an hour)"
 	@echo "make clean      remove build/"
 
@@ -79,7 +80,7 @@ format: | $(TEST_TOOLS_READY)
 
 # Simulated flights in numbers take minutes under the sanitizers. Results.* runs one whole flight from file to file instead.
 # The last one builds a program without the sanitizers on the library.
-SLOW_SANITIZED := ^(Alignment|Clock|Consistency|Output|Pipeline|Sbet|Units)\.|^Smoother\.is_better|^Truth\.(Follows|MeanSamples)|^cmake_consumer|Bank\.|StartCorrection\.a_|^Study\.(gives|nees|gimbal)
+SLOW_SANITIZED := ^(Alignment|Clock|Consistency|Honest|Output|Pipeline|Sbet|Units)\.|^Smoother\.is_better|^Truth\.(Follows|MeanSamples)|^cmake_consumer|Bank\.|StartCorrection\.a_|^Study\.(gives|nees|gimbal)
 
 # One build for two checks: no warning under clang, no fault under AddressSanitizer and UndefinedBehaviorSanitizer. -O1: at -O0
 # it builds faster, but one whole flight takes minutes. Single threaded: without Debian's libomp clang has no OpenMP.
@@ -135,6 +136,11 @@ bench: $(BENCH_READY)
 ALIGNMENT_FLAGS ?=
 alignment: $(INSTALLED)
 	$(BIN)/python benchmarks/alignment.py --jobs $(JOBS) --json $(BUILD)/alignment.json $(ALIGNMENT_FLAGS)
+
+# Every case of benchmarks/honest.py; one of them: HONEST_FLAGS='--case metre -n 40'.
+HONEST_FLAGS ?=
+honest: $(INSTALLED)
+	$(BIN)/python benchmarks/honest.py --jobs $(JOBS) --json $(BUILD)/honest.json $(HONEST_FLAGS)
 
 # Every section of reproduction/reproduce.py; one of them: REPRODUCE_FLAGS='--only tables'.
 REPRODUCE_FLAGS ?=

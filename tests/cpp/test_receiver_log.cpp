@@ -96,6 +96,24 @@ TEST(StampGrid, puts_arrival_stamps_back_to_a_fraction_of_their_jitter) {
   }
 }
 
+// Over fewer fixes than a line has; the lines leave out late stamps, which the jitter counts.
+TEST(StampGrid, wanders_by_what_its_walk_says) {
+  double squares = 0.0, said = 0.0, n = 0.0;
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const Arrivals a = arrivals(0.2, seed, false);
+    const StampGrid grid = stamp_grid(records_at(a.stamps));
+    const std::vector<double> off = centred(grid.t_s, a.epochs);
+    constexpr std::size_t kLag = 15;
+    for (std::size_t i = 30; i + kLag + 30 < off.size(); ++i) {
+      squares += std::pow(off[i + kLag] - off[i], 2);
+      said += std::pow(stamp_walk(grid), 2) * 0.2 * kLag;
+      n += 1.0;
+    }
+  }
+  EXPECT_LT(std::sqrt(squares / n), 1.15 * std::sqrt(said / n));
+  EXPECT_GT(std::sqrt(squares / n), 0.75 * std::sqrt(said / n));
+}
+
 TEST(StampGrid, goes_on_after_every_pause) {
   std::mt19937 random(9);
   std::normal_distribution<double> jitter(0.0, 0.005);

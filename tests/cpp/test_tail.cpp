@@ -144,6 +144,16 @@ TEST(Tail, two_steps_are_one) {
   }
 }
 
+TEST(Tail, latencies_walk_where_they_are_not_given) {
+  TailModel m;
+  m.latency_std_s = 0.2;
+  m.latency_walk = 7e-4;
+  const TailStep step = tail_step(m, 2.5);
+  EXPECT_DOUBLE_EQ(step.noise[kTailPositionLatency], 2.5 * 7e-4 * 7e-4);
+  EXPECT_EQ(step.keep[kTailPositionLatency], 1.0);
+  EXPECT_EQ(step.noise[kTailVelocityLatency], 0.0);
+}
+
 TEST(Tail, error_step_is_the_tail_step_of_c) {
   for (const TailModel& m : some_models()) {
     for (const double T : kTimes) {

@@ -320,7 +320,8 @@ FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverParame
                   problem.latency.velocity_std_s,
                   theta.jitter_s,
                   problem.baro_std_m,
-                  problem.baro_tau_s};
+                  problem.baro_tau_s,
+                  problem.latency_walk};
   return options;
 }
 

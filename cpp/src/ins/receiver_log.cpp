@@ -323,6 +323,11 @@ StampGrid stamp_grid(const std::vector<GnssRecord>& records) {
   return grid;
 }
 
+double stamp_walk(const StampGrid& grid) {
+  if (!grid.arrival) return 0.0;
+  return grid.jitter_s / static_cast<double>(kWindow) * std::sqrt(3.0 / grid.interval_s);
+}
+
 QuantisationSteps quantisation_steps(const std::vector<GnssRecord>& records) {
   QuantisationSteps steps;
   const auto known = std::find_if(records.rbegin(), records.rend(), has_position);

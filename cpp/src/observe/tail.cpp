@@ -63,6 +63,9 @@ TailStep tail_step(const TailModel& m, double T) {
   }
   set_markov(kTailS, 3, m.sigma_s_mps, m.tau_s_s, T, step);
   set_markov(kTailBaro, 1, m.baro_std_m, m.baro_tau_s, T, step);
+  const double walk = m.latency_walk * m.latency_walk * T;
+  if (m.latency_std_s > 0.0) step.noise[kTailPositionLatency] = walk;
+  if (m.velocity_latency_std_s > 0.0) step.noise[kTailVelocityLatency] = walk;
   return step;
 }
 

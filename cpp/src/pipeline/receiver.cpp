@@ -171,6 +171,7 @@ ReceiverProblem receiver_problem(const PreparedFlight& flight, const HeadingResu
   problem.latency.velocity_s = gnss.velocity_latency_s.value_or(problem.latency.position_s);
   problem.latency.position_std_s = gnss.latency_s ? 0.0 : kLatencyPrior_s;
   problem.latency.velocity_std_s = gnss.velocity_latency_s || !receiver.has_velocity ? 0.0 : kLatencyPrior_s;
+  problem.latency_walk = stamp_walk(receiver.grid);
   if (!flight.baro.empty()) {
     problem.baro_std_m = flight.config.baro.bias_std_m;
     problem.baro_tau_s = flight.config.baro.bias_correlation_time_s;

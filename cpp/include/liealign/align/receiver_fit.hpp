@@ -58,6 +58,7 @@ struct ReceiverProblem {
   ReceiverLatency latency;  // to begin with; the std of its prior, 0: given
   double wide_position_std_m = 0.0;  // of the start: its first fix says where it is, with the error of that fix
   double baro_std_m = 0.0, baro_tau_s = 600.0;
+  double latency_walk = 0.0;  // s/sqrt(s): what the fixes' grid wanders by
   double start_gyro_scale = 1.0, start_accel_scale = 1.0;  // tried to begin with, beside the medians
 };
 

@@ -34,6 +34,13 @@ struct StampGrid {
 // nothing. Two records for one epoch, stamps at random or a log of fewer than 41 records have no grid.
 StampGrid stamp_grid(const std::vector<GnssRecord>& records);
 
+// How stamps that were put back on the grid wander, as a random walk [s/sqrt(s)]: a line over n fixes is off by jitter / sqrt(n),
+// two lines that share n - k of them differ by the square root of 2 k / n times that, and by half as much variance again because
+// the fixes that are left out as too far change from line to line:
+//   q^2 = 3 jitter^2 / (n^2 h).
+// 0 where they are as they were.
+double stamp_walk(const StampGrid& grid);
+
 // Steps of the columns; 0 where none is seen. The step of latitude is given along north and so on.
 struct QuantisationSteps {
   Vector3d position_n_m = Vector3d::Zero();    // NED

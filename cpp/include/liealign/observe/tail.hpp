@@ -45,6 +45,7 @@ struct TailModel {
   double latency_std_s = 0.0, velocity_latency_std_s = 0.0;  // constants; of what is left after the last linearisation
   double jitter_s = 0.0;                                     // of each message's stamp, independent of the others'
   double baro_std_m = 0.0, baro_tau_s = 600.0;
+  double latency_walk = 0.0;  // s/sqrt(s), of latencies that are not given: stamps on a grid wander with its lines
 
   // Whether u or s is in use, which a short tail has no room for.
   bool is_long() const { return is_coloured() || sigma_s_mps > 0.0; }
