@@ -29,7 +29,8 @@ ImuSeries imu_series(const Array& time_s, const Array& omega, const Array& f) {
 }
 
 // Heights of a barometer; none without times.
-std::vector<BaroRecord> baro_records(const OptionalArray& time_s, const OptionalArray& height_m, const OptionalArray& std_m) {
+std::vector<BaroRecord> baro_records(const OptionalArray& time_s, const OptionalArray& height_m,
+                                     const OptionalArray& std_m) {
   if (!time_s) return {};
   const py::ssize_t n = time_s->size();
   const double *t = rows_of(*time_s, "baro_time_s", n, false),
@@ -165,7 +166,8 @@ void bind_raw_flight(py::module_& m) {
            py::arg("lon_deg"), py::arg("height_m"), py::arg("std_p_n_m"), py::arg("cov_p_n_m2") = py::none(),
            py::arg("v_n_mps") = py::none(), py::arg("std_v_n_mps") = py::none(), py::arg("fix") = py::none(),
            py::arg("heading_deg") = py::none(), py::arg("std_heading_deg") = py::none(),
-           py::arg("baro_time_s") = py::none(), py::arg("baro_height_m") = py::none(), py::arg("baro_std_m") = py::none(),
+           py::arg("baro_time_s") = py::none(), py::arg("baro_height_m") = py::none(),
+           py::arg("baro_std_m") = py::none(),
            "From arrays: times (n,), vectors (n, 3), NED; covariances (n, 3) are NE, ND, ED. A row of v_n_mps or "
            "heading_deg that is NaN has none.\n\n"
            "Only shapes are checked here (InputError); liealign.flight_from_arrays checks the values too.")

@@ -147,7 +147,7 @@ def test_heading_has_a_file_of_innovations(tmp_path: Path) -> None:
     liealign.write_results(tmp_path, flight, alignment, liealign.process(flight, alignment))
     with (tmp_path / "innovations_heading.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert list(rows[0]) == ["time_s", "residual_1", "std_1", "nis", "weight"]
+    assert list(rows[0]) == ["time_s", "residual_deg", "std_deg", "nis", "weight"]
     assert len(rows) > 180
     assert not (tmp_path / "innovations_barometer.csv").exists()
 

@@ -141,8 +141,7 @@ std::vector<CandidateScore> evaluate(const AlignmentProblem& problem, const Moti
     one.score.position_nis.reserve(problem.data.observations.size());
   }
   run<FilterModel>(problem, motion, headings, [&](const Observation& o, const auto& innovation) {
-    for (std::size_t i = 0; i < scored.size(); ++i)
-      scored[i].add(options, o, lane(innovation, static_cast<int>(i)));
+    for (std::size_t i = 0; i < scored.size(); ++i) scored[i].add(options, o, lane(innovation, static_cast<int>(i)));
   });
   std::vector<CandidateScore> scores;
   for (Scored& one : scored) scores.push_back(one.result());
@@ -344,11 +343,10 @@ std::vector<CandidateScore> evaluate_clocks(const AlignmentProblem& problem, con
 std::vector<FixInnovation> fix_innovations(const AlignmentProblem& problem, const HeadingCandidate& candidate) {
   const BySamples motion{problem.data.imu(), cursor_at(problem.data.imu(), problem.t_begin_s)};
   std::vector<FixInnovation> innovations;
-  run<Model>(problem, motion, Headings(&candidate, 1),
-             [&](const Observation& o, const Innovation<double>& innovation) {
-               if (o.kind->gate != GateClass::position) return;
-               innovations.push_back({o.record, innovation.z.norm()});
-             });
+  run<Model>(problem, motion, Headings(&candidate, 1), [&](const Observation& o, const Innovation<double>& innovation) {
+    if (o.kind->gate != GateClass::position) return;
+    innovations.push_back({o.record, innovation.z.norm()});
+  });
   return innovations;
 }
 

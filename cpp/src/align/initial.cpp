@@ -93,7 +93,8 @@ Belief<LieModel<double>> belief_in_motion(const MotionStatistics& motion, double
   belief.X = corrected(belief.X, correction, l_ba_b);
   InitialStd wide = std;
   wide.gyro_bias_rps = std::max(std.gyro_bias_rps, motion.gyro_bias_std_rps);
-  const double tilt = std::min(std::hypot(motion.tilt_std_rad, std.accel_bias_mps2 / kStandardGravity), kWidestTilt_rad);
+  const double tilt =
+      std::min(std::hypot(motion.tilt_std_rad, std.accel_bias_mps2 / kStandardGravity), kWidestTilt_rad);
   belief.P = initial_covariance(nav, Vector3d(tilt, tilt, heading_std_rad),
                                 motion.velocity_std_mps * motion.velocity_std_mps * Matrix3d::Identity(),
                                 motion.position_std_m * motion.position_std_m * Matrix3d::Identity(), wide, l_ba_b);

@@ -112,7 +112,9 @@ class FitPasses {
     constexpr double kBound = 25.0;
     options.gate = options.velocity_gate = options.scalar_gate = {Outliers::weight, kBound};
     options.reacquire_after = 0;
-    Belief<Model> belief = start_with_tail<tail>(problem_.start, options.tail, problem_.wide_position_std_m);
+    Belief<Model> belief = start_with_tail<tail>(
+        problem_.start, options.tail, problem_.wide_position_std_m,
+        {problem_.latency.position_s - latency_.position_s, problem_.latency.velocity_s - latency_.velocity_s});
     ByRescaledIntervals motion{ByIntervals(series_), data.imu(), options.dynamics.noise};
     ScoreVisitor visitor{{}, options};
     forward_pass(motion, data, options, belief, problem_.fit_end_s, visitor);
@@ -260,10 +262,11 @@ class ReceiverSearch {
     at.settled = found.settled;
   }
 
-  // Without the jitter, and with an error of first order where it is of second: models that nobody could rule out by eye.
+  // Against the alignment's, of white errors and one latency for both; without the jitter; and with an error of first order where
+  // it is of second: models that nobody could rule out by eye.
   double latency_spread(const Attempt& best) {
     const FitPasses<tail> passes(problem_, blocks_, best.latency);
-    double spread = 0.0;
+    double spread = std::abs(best.latency.position_s - problem_.latency.position_s);
     for (double ReceiverParameters::*left_out : {&ReceiverParameters::jitter_s, &ReceiverParameters::tau_u_s}) {
       if (best.parameters.*left_out == 0.0) continue;
       ReceiverParameters other = best.parameters;
@@ -335,7 +338,8 @@ FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverFit& f
   return options;
 }
 
-FlightData with_receiver(const ReceiverProblem& problem, const ReceiverParameters& theta, const ReceiverLatency& latency) {
+FlightData with_receiver(const ReceiverProblem& problem, const ReceiverParameters& theta,
+                         const ReceiverLatency& latency) {
   FlightData data;
   data.samples = problem.data.samples;
   data.l_ba_b = problem.data.l_ba_b;

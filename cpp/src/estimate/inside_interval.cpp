@@ -129,7 +129,7 @@ void InsideInterval::set_error(const SquareMatrix<double, kTail + tail>& P, cons
 struct InsideInterval::Inside {
   NavCovariance<Scalar, kBias> P;  // of (phi, z - W y, y)
   NavState<Scalar> X;
-  ResetBlocks<Scalar> J;           // from there to the left error of X
+  ResetBlocks<Scalar> J;  // from there to the left error of X
   IntervalNoise<Scalar> Q;
   ErrorCorrelation<Scalar> error;
 };

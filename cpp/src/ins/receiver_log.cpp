@@ -360,10 +360,11 @@ bool stated_std_is_constant(const std::vector<GnssRecord>& records) {
 }
 
 FixClass fix_class(const GnssRecord& record) {
-  if (record.fix >= 0) {
+  const double std_m = horizontal_std(record);
+  constexpr double kMetres = 1.0;  // whole ambiguities leave centimetres, whatever a column says
+  if (record.fix >= 0 && !(record.fix == 1 && std_m >= kMetres)) {
     return record.fix == 1 ? FixClass::fixed : record.fix == 5 ? FixClass::single : FixClass::other;
   }
-  const double std_m = horizontal_std(record);
   return std_m < 0.1 ? FixClass::fixed : std_m < 1.0 ? FixClass::other : FixClass::single;
 }
 

@@ -40,9 +40,9 @@ ErrorStep error_step(const TailModel& m, double T) {
   // b is a difference of two that are nearly equal, where the times are; from the slower one on nothing overflows.
   const double d = std::abs(1.0 / s.tau_u - 1.0 / s.tau_c), slower = std::max(a_c, a_u);
   const double b = d == 0.0 ? slower * T : -slower * std::expm1(-d * T) / d;
-  const double noise = -s.variance_c * std::expm1(-2.0 * T / s.tau_c) - b * (2.0 * a_c * s.covariance + b * s.variance_u);
-  const double with_driver =
-      -s.covariance * std::expm1(-T * (1.0 / s.tau_c + 1.0 / s.tau_u)) - a_u * b * s.variance_u;
+  const double noise =
+      -s.variance_c * std::expm1(-2.0 * T / s.tau_c) - b * (2.0 * a_c * s.covariance + b * s.variance_u);
+  const double with_driver = -s.covariance * std::expm1(-T * (1.0 / s.tau_c + 1.0 / s.tau_u)) - a_u * b * s.variance_u;
   return {a_c, b, std::max(noise, 0.0), with_driver};
 }
 

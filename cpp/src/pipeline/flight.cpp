@@ -209,7 +209,8 @@ void check_error_model(const Config& config, bool has_baro) {
                                                        : "";
   if (why.empty()) return;
   throw ConfigError(
-      has_baro ? "a barometer is given (baro.file) and " + why + ", which carries no drifting bias; drop the one or the other"
+      has_baro ? "a barometer is given (baro.file) and " + why +
+                     ", which carries no drifting bias; drop the one or the other"
                : "gnss.error_model is \"correlated\" and " + why +
                      ", which carries no errors of the receiver; set gnss.error_model to \"white\", or drop it");
 }

@@ -164,7 +164,9 @@ void by_intervals(Run& run, const Belief<LieModel<double, tail>>& belief, const 
   FilterSink filter;
   filter.wanted = [&](std::size_t k) { return run.filtered.wanted && run.output.wanted(k); };
   filter.epoch = [&](std::size_t k, const NodeBelief& b) { run.filtered.add(0, k, b); };
-  filter.inside = [&](const SampleLanes& samples, const InsideInterval& inside) { run.filtered.add(0, samples, inside); };
+  filter.inside = [&](const SampleLanes& samples, const InsideInterval& inside) {
+    run.filtered.add(0, samples, inside);
+  };
   filter.updated = [&](const Observation& o, const Innovation<double>& i) { run.record(o, i); };
   filter.node = [&](std::size_t next) {
     run.filtered.hand_on(kPartEpochs);
@@ -173,7 +175,8 @@ void by_intervals(Run& run, const Belief<LieModel<double, tail>>& belief, const 
   const ForwardRun<tail> forward = run_forward<tail>(run.data, run.filter, belief, start, filter);
   run.filtered.hand_on(0);
   if constexpr (tail > 0) {
-    if (run.solution.receiver) run.solution.receiver->latency = found_latency<tail>(run.solution.receiver->latency, forward.end.belief);
+    if (run.solution.receiver)
+      run.solution.receiver->latency = found_latency<tail>(run.solution.receiver->latency, forward.end.belief);
   }
 
   struct EpochPair {
@@ -271,10 +274,8 @@ RunStart run_start(const PreparedFlight& flight, const HeadingResult& heading, c
   // A scale on white noise is none on the biases: where the noise is found with the receiver's errors, they stay the sheet's.
   const InitialStd initial =
       models_receiver(flight.config) ? problem.initial : with_parameters(problem.initial, heading.parameters);
-  const Belief<Model> belief =
-      start_belief(problem, initial, heading.heading_rad, heading_std_rad, heading.start);
-  RunStart run =
-      run_start(flight, heading, belief, cursor_at(flight.data.imu(), flight.t_begin_s), progress);
+  const Belief<Model> belief = start_belief(problem, initial, heading.heading_rad, heading_std_rad, heading.start);
+  RunStart run = run_start(flight, heading, belief, cursor_at(flight.data.imu(), flight.t_begin_s), progress);
   run.heading_std_rad = heading_std_rad;
   return run;
 }
@@ -366,11 +367,14 @@ Solution process(const PreparedFlight& flight, const HeadingResult& heading, con
   } else if (filter.tail.is_empty()) {
     by_intervals<kNoTail>(run, begin.belief, start);
   } else if (filter.tail.is_long()) {
-    by_intervals<kLongTail>(run, start_with_tail<kLongTail>(begin.belief, filter.tail, begin.wide_position_std_m), start);
+    by_intervals<kLongTail>(run, start_with_tail<kLongTail>(begin.belief, filter.tail, begin.wide_position_std_m),
+                            start);
   } else {
-    by_intervals<kShortTail>(run, start_with_tail<kShortTail>(begin.belief, filter.tail, begin.wide_position_std_m), start);
+    by_intervals<kShortTail>(run, start_with_tail<kShortTail>(begin.belief, filter.tail, begin.wide_position_std_m),
+                             start);
   }
-  if (solution.receiver) quote_in_the_middle(solution.receiver->latency, heading.parameters.clock_drift, solution.digest);
+  if (solution.receiver)
+    quote_in_the_middle(solution.receiver->latency, heading.parameters.clock_drift, solution.digest);
   if (solution.digest.epochs == 0) {
     throw InputError(
         "output.rate_hz leaves no epoch between output.start_time_s and output.stop_time_s; raise it, or drop it");

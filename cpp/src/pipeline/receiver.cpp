@@ -23,7 +23,8 @@ struct Receiver {
   FixClass kind = FixClass::fixed;  // that most fixes have
   bool has_velocity = false;
 
-  explicit Receiver(const PreparedFlight& flight) : grid(stamp_grid(flight.gnss)), steps(quantisation_steps(flight.gnss)) {
+  explicit Receiver(const PreparedFlight& flight)
+      : grid(stamp_grid(flight.gnss)), steps(quantisation_steps(flight.gnss)) {
     std::array<std::size_t, 3> count{};
     for (std::size_t i = 0; i < flight.gnss.size(); ++i) {
       if (flight.record_use[i] == RecordUse::quality_not_accepted) continue;
@@ -137,8 +138,9 @@ void add_other_observations(const PreparedFlight& flight, double latency_s, std:
   }
 }
 
-ReceiverProblem receiver_problem(const PreparedFlight& flight, const HeadingResult& heading, const FilterOptions& filter,
-                                 const Belief<LieModel<double>>& start, const ImuCursor& cursor) {
+ReceiverProblem receiver_problem(const PreparedFlight& flight, const HeadingResult& heading,
+                                 const FilterOptions& filter, const Belief<LieModel<double>>& start,
+                                 const ImuCursor& cursor) {
   const GnssConfig& gnss = flight.config.gnss;
   const Receiver receiver(flight);
   ReceiverProblem problem;

@@ -48,9 +48,9 @@ Json number_or_null(const std::optional<double>& value, double unit = 1.0) {
 
 // What the final run found of the receiver, and of the noise of the IMU with it; null where its errors were taken for white.
 void put_receiver(Json& json, const PreparedFlight& flight, const ReceiverFit* fit) {
-  for (const char* key : {"gnss_latency_time_s", "gnss_velocity_latency_s", "gnss_velocity_latency_std_s", "gnss_latency_model_spread_s",
-                          "gnss_stamp_jitter_s", "gnss_white_std_scale", "gnss_correlation_time_s",
-                          "gnss_smoothing_time_s", "gnss_velocity_correlated_std_mps"})
+  for (const char* key : {"gnss_latency_time_s", "gnss_velocity_latency_s", "gnss_velocity_latency_std_s",
+                          "gnss_latency_model_spread_s", "gnss_stamp_jitter_s", "gnss_white_std_scale",
+                          "gnss_correlation_time_s", "gnss_smoothing_time_s", "gnss_velocity_correlated_std_mps"})
     json[key] = nullptr;
   if (fit == nullptr) return;
   const ReceiverParameters& p = fit->parameters;
@@ -77,7 +77,8 @@ void put_receiver(Json& json, const PreparedFlight& flight, const ReceiverFit* f
 }
 
 // What the logs left open, as the run took it; a sigma is null where the value was given.
-void put_parameters(Json& json, const PreparedFlight& flight, const HeadingResult& heading, const ReceiverFit* receiver) {
+void put_parameters(Json& json, const PreparedFlight& flight, const HeadingResult& heading,
+                    const ReceiverFit* receiver) {
   const FlightParameters& p = heading.parameters;
   const FlightParametersStd& std = heading.parameters_std;
   json["gnss_latency_s"] = flight.latency_s + p.latency_s;
@@ -98,7 +99,8 @@ void put_parameters(Json& json, const PreparedFlight& flight, const HeadingResul
 
 }  // namespace
 
-std::vector<std::string> run_warnings(const PreparedFlight& flight, const HeadingResult& heading, const ReceiverFit* receiver) {
+std::vector<std::string> run_warnings(const PreparedFlight& flight, const HeadingResult& heading,
+                                      const ReceiverFit* receiver) {
   std::vector<std::string> warnings = flight.warnings;
   if (heading.verdict != "aligned") {
     warnings.push_back("the heading is " + heading.verdict + ": " + heading.advice +
@@ -120,10 +122,11 @@ std::vector<std::string> run_warnings(const PreparedFlight& flight, const Headin
   constexpr double kJitter_s = 0.005;
   if (receiver->parameters.jitter_s > kJitter_s) {
     char text[160];
-    std::snprintf(text, sizeof text,
-                  "the stamps of the fixes jitter by %.0f ms: at 10 m/s that is %.0f cm along the track; it is modelled, and "
-                  "better mended in the logger",
-                  1e3 * receiver->parameters.jitter_s, 1e3 * receiver->parameters.jitter_s);
+    std::snprintf(
+        text, sizeof text,
+        "the stamps of the fixes jitter by %.0f ms: at 10 m/s that is %.0f cm along the track; it is modelled, and "
+        "better mended in the logger",
+        1e3 * receiver->parameters.jitter_s, 1e3 * receiver->parameters.jitter_s);
     warnings.emplace_back(text);
   }
   return warnings;

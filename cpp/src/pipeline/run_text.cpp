@@ -49,7 +49,8 @@ std::vector<TextLine> alignment_text(const PreparedFlight& flight, const Heading
   if (receiver != nullptr) {
     const ReceiverLatency& l = receiver->latency;
     if (l.position_std_s > 0.0)
-      lines.push_back({"latency", fixed(l.position_s) + " s, sigma " + fixed(l.position_std_s) + " s, of the positions"});
+      lines.push_back(
+          {"latency", fixed(l.position_s) + " s, sigma " + fixed(l.position_std_s) + " s, of the positions"});
     if (l.velocity_std_s > 0.0)
       lines.push_back({"", fixed(l.velocity_s) + " s, sigma " + fixed(l.velocity_std_s) + " s, of the velocities"});
   } else if (heading.parameters_std.latency_s) {
@@ -59,8 +60,7 @@ std::vector<TextLine> alignment_text(const PreparedFlight& flight, const Heading
   if (heading.parameters_std.clock_drift && heading.parameters.clock_drift != 0.0)
     lines.push_back({"clock drift", fixed(1e6 * heading.parameters.clock_drift) + " ppm, sigma " +
                                         fixed(1e6 * *heading.parameters_std.clock_drift) + " ppm"});
-  for (const std::string& warning : run_warnings(flight, heading, receiver))
-    lines.push_back({"warning", warning});
+  for (const std::string& warning : run_warnings(flight, heading, receiver)) lines.push_back({"warning", warning});
   return lines;
 }
 
@@ -68,8 +68,7 @@ std::vector<TextLine> run_text(const PreparedFlight& flight, const HeadingResult
                                const std::string& folder) {
   Json numbers = summary(flight, heading, solution);
   const auto number = [&](const char* key) { return fixed(std::get<double>(numbers[key].value)); };
-  std::vector<TextLine> lines =
-      alignment_text(flight, heading, solution.receiver ? &*solution.receiver : nullptr);
+  std::vector<TextLine> lines = alignment_text(flight, heading, solution.receiver ? &*solution.receiver : nullptr);
   lines.push_back({"fixes", fixes_text(numbers)});
   if (solution.score.positions > 0) {
     lines.push_back({"P_RMS", number("p_rms_m") + " m, of the position innovations"});

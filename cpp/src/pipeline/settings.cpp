@@ -58,9 +58,7 @@ FilterOptions filter_options(const Config& config) {
   return o;
 }
 
-RestNoise rest_noise(const Config& config) {
-  return {config.rest.zupt_std_mps, config.rest.zaru_std_dps * kDegToRad};
-}
+RestNoise rest_noise(const Config& config) { return {config.rest.zupt_std_mps, config.rest.zaru_std_dps * kDegToRad}; }
 
 RestLimits rest_limits(const Config& config) {
   const RestConfig& r = config.rest;

@@ -101,11 +101,12 @@ bool states_heading_std(const HeadingResult& heading) {
 }
 
 std::vector<CsvColumn> trajectory_columns() {
-  return {{"time_s", 6},     {"lat_deg", 11},     {"lon_deg", 11},      {"height_m", 5},       {"vn_mps", 6},
-          {"ve_mps", 6},     {"vd_mps", 6},       {"roll_deg", 6},      {"pitch_deg", 6},      {"heading_deg", 6},
-          {"std_n_m", 5},    {"std_e_m", 5},      {"std_d_m", 5},       {"std_vn_mps", 6},     {"std_ve_mps", 6},
-          {"std_vd_mps", 6}, {"std_roll_deg", 6}, {"std_pitch_deg", 6}, {"std_heading_deg", 6},
-          {"relative_std_n_m", 5}, {"relative_std_e_m", 5}, {"relative_std_d_m", 5}};
+  return {{"time_s", 6},           {"lat_deg", 11},        {"lon_deg", 11},        {"height_m", 5},
+          {"vn_mps", 6},           {"ve_mps", 6},          {"vd_mps", 6},          {"roll_deg", 6},
+          {"pitch_deg", 6},        {"heading_deg", 6},     {"std_n_m", 5},         {"std_e_m", 5},
+          {"std_d_m", 5},          {"std_vn_mps", 6},      {"std_ve_mps", 6},      {"std_vd_mps", 6},
+          {"std_roll_deg", 6},     {"std_pitch_deg", 6},   {"std_heading_deg", 6}, {"relative_std_n_m", 5},
+          {"relative_std_e_m", 5}, {"relative_std_d_m", 5}};
 }
 
 std::vector<CsvColumn> bias_columns() {
@@ -155,16 +156,18 @@ void write_innovations_csv(PartFile& file, const std::vector<FixRecord>& fixes) 
 
 void write_updates_csv(PartFile& file, const ObservationKind& kind, const std::vector<UpdateRecord>& updates) {
   std::vector<CsvColumn> columns = {{"time_s", 6}};
-  for (const char* what : {"residual_", "std_"}) {
-    for (int i = 1; i <= kind.rows; ++i) columns.push_back({what + std::to_string(i), 8});
+  const std::string unit = kind.unit.empty() ? "" : "_" + std::string(kind.unit);
+  for (const char* what : {"residual", "std"}) {
+    for (int i = 1; i <= kind.rows; ++i)
+      columns.push_back({what + (kind.rows > 1 ? "_" + std::to_string(i) : "") + unit, 6});
   }
   columns.push_back({"nis", 4});
   columns.push_back({"weight", 6});
   write_csv(file, columns, updates.size(), [&](std::size_t i, double* c) {
     const FixUpdate& u = updates[i].update;
     *c++ = updates[i].t_s;
-    for (int row = 0; row < kind.rows; ++row) *c++ = u.residual_n[row];
-    for (int row = 0; row < kind.rows; ++row) *c++ = u.std_n[row];
+    for (int row = 0; row < kind.rows; ++row) *c++ = kind.in_unit * u.residual_n[row];
+    for (int row = 0; row < kind.rows; ++row) *c++ = kind.in_unit * u.std_n[row];
     *c++ = u.nis;
     *c = u.weight;
   });

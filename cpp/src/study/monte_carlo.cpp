@@ -193,9 +193,10 @@ RunErrors errors_of_run(const StudyCase& study, const Truth& truth, std::uint64_
   errors.simulate_s = run.simulate_s;
   errors.align_s = run.align_s;
   const std::vector<Observation>& observations = run.start.data.observations;
-  errors.fixes = static_cast<std::size_t>(std::count_if(observations.begin(), observations.end(), [&](const Observation& o) {
-    return o.kind->gate == GateClass::position && o.t_s > run.start.cursor.t_s;
-  }));
+  errors.fixes =
+      static_cast<std::size_t>(std::count_if(observations.begin(), observations.end(), [&](const Observation& o) {
+        return o.kind->gate == GateClass::position && o.t_s > run.start.cursor.t_s;
+      }));
   // As the smoother gives them: from the start to the last observation.
   const double end_s = observations.empty() ? run.start.cursor.t_s : observations.back().t_s;
   for (std::size_t k = first_epoch(run.start); k < truth.epochs.size() && truth.epochs[k].t_s <= end_s; ++k) {

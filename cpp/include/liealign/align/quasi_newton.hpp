@@ -16,8 +16,8 @@ namespace liealign {
 using BatchCost = std::function<std::vector<double>(const std::vector<Eigen::VectorXd>&)>;
 
 struct QuasiNewtonOptions {
-  double difference = 0.1;   // h
-  double tolerance = 0.05;   // of the fall that one more step promises
+  double difference = 0.1;  // h
+  double tolerance = 0.05;  // of the fall that one more step promises
   double longest = 1.5;
   int max_rounds = 12;
 };

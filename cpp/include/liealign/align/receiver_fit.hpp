@@ -48,17 +48,17 @@ struct ReceiverLatency {
 };
 
 struct ReceiverProblem {
-  FlightData data;  // `observations` by their stamps, with the covariance that the file states
+  FlightData data;                 // `observations` by their stamps, with the covariance that the file states
   std::vector<Matrix3d> rounding;  // of each observation, added to its covariance
   FilterOptions filter;
   Belief<LieModel<double>> start;
   ImuCursor cursor;
   double fit_begin_s = 0.0, fit_end_s = 0.0;  // theta is found from the fixes in between, and the first of all
   ReceiverPrior prior;
-  ReceiverLatency latency;  // to begin with; the std of its prior, 0: given
+  ReceiverLatency latency;           // to begin with; the std of its prior, 0: given
   double wide_position_std_m = 0.0;  // of the start: its first fix says where it is, with the error of that fix
   double baro_std_m = 0.0, baro_tau_s = 600.0;
-  double latency_walk = 0.0;  // s/sqrt(s): what the fixes' grid wanders by
+  double latency_walk = 0.0;                               // s/sqrt(s): what the fixes' grid wanders by
   double start_gyro_scale = 1.0, start_accel_scale = 1.0;  // tried to begin with, beside the medians
 };
 
@@ -89,13 +89,16 @@ FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverParame
 // For the run from what was found.
 FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverFit& fit);
 
-// The start of a run with a tail: c by its prior, and a position that the first fix will say.
+// The start of a run with a tail: c by its prior, a position that the first fix will say, and latencies by a prior that stays where
+// it was when they are linearised about another value: `latency_s`, from the nominal ones to the middle of their prior.
 template <int tail>
 Belief<LieModel<double, tail>> start_with_tail(const Belief<LieModel<double>>& start, const TailModel& model,
-                                               double wide_position_std_m) {
+                                               double wide_position_std_m,
+                                               const Vector<double, 2>& latency_s = Vector<double, 2>::Zero()) {
   Belief<LieModel<double, tail>> belief;
   belief.X.first = start.X.first;
   belief.X.second.x.template head<6>() = start.X.second.x;
+  belief.X.second.x.template segment<2>(6 + kTailPositionLatency) = latency_s;
   belief.P.setZero();
   belief.P.template topLeftCorner<kTail, kTail>() = start.P;
   belief.P.template bottomRightCorner<tail, tail>() = tail_prior(model).template topLeftCorner<tail, tail>();

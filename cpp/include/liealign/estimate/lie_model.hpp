@@ -88,8 +88,8 @@ struct LieModel {
     const ResetBlocks<Scalar> j = reset_blocks(eps);
     const Rows phi = M.template middleRows<3>(kPhi), nu = M.template middleRows<3>(kNu),
                rho = M.template middleRows<3>(kRho);
-    M.template middleRows<3>(kPhi) = j.J.transpose().lazyProduct(phi) + j.Q_nu.transpose().lazyProduct(nu) +
-                                     j.Q_rho.transpose().lazyProduct(rho);
+    M.template middleRows<3>(kPhi) =
+        j.J.transpose().lazyProduct(phi) + j.Q_nu.transpose().lazyProduct(nu) + j.Q_rho.transpose().lazyProduct(rho);
     M.template middleRows<3>(kNu) = j.R.transpose().lazyProduct(nu);
     M.template middleRows<3>(kRho) = j.R.transpose().lazyProduct(rho);
   }

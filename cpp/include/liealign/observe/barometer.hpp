@@ -16,6 +16,8 @@ struct Barometer {
   static constexpr GateClass kGate = GateClass::scalar;
   static constexpr ResidualAxes kAxes = ResidualAxes::own;  // m
   static constexpr unsigned kBlocks = kSeesRho;
+  static constexpr std::string_view kUnit = "m";
+  static constexpr double kInUnit = 1.0;
   static constexpr bool kHasJitter = false;
 
   static void see(const StateView<double>& view, const Observation& o, Sighting<double>& out) {

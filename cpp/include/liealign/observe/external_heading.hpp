@@ -1,8 +1,9 @@
 // The direction of a baseline of the body against north: two antennas, or whatever else gives a heading.
 //
-//   y = atan2(d_E, d_N) + n,   d = C_b_n u,   u: the baseline in the body
-//   H_phi = -(d_N e_E - d_E e_N)^T C_b_n hat(u) / (d_N^2 + d_E^2)                                      (Eq. 81)
+//   y = psi - psi' dl_p + n,   psi = atan2(d_E, d_N),   d = C_b_n u,   u: the baseline in the body
+//   d psi = a^T delta d,  a = (d_N e_E - d_E e_N) / (d_N^2 + d_E^2):   H_phi = -a^T C_b_n hat(u),  psi' = a^T C_b_n (w x u)   (Eq. 81)
 //
+// It comes with the position of its message, and as late as that; how psi' changes with the error is left out.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,6 +21,8 @@ struct ExternalHeading {
   static constexpr GateClass kGate = GateClass::scalar;
   static constexpr ResidualAxes kAxes = ResidualAxes::own;  // rad
   static constexpr unsigned kBlocks = kSeesPhi;
+  static constexpr std::string_view kUnit = "deg";
+  static constexpr double kInUnit = kRadToDeg;
   static constexpr bool kHasJitter = false;
 
   static void see(const StateView<double>& view, const Observation& o, Sighting<double>& out) {
@@ -30,6 +33,10 @@ struct ExternalHeading {
     const Eigen::RowVector3d across(-d.y() / level2, d.x() / level2, 0.0);
     out.H.block<1, 3>(0, kPhi) = -across * C_b_n * hat(o.lever_b);
     out.R(0, 0) = o.R(0, 0);
+    if (!view.has_tail) return;
+    const double rate = across * C_b_n * view.omega_ib_b.cross(o.lever_b);
+    out.z[0] += rate * view.tail[kTailPositionLatency];
+    out.H_tail(0, kTailPositionLatency) = -rate;
   }
 };
 

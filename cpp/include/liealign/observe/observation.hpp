@@ -55,7 +55,9 @@ struct ObservationKind {
   // Which of the blocks (phi, nu, rho, b_a, b_g) of the error H has columns for where there is no tail, one bit each; the
   // others are zero for good.
   unsigned blocks;
-  bool has_jitter;  // its stamp is that of a message
+  bool has_jitter;        // its stamp is that of a message
+  std::string_view unit;  // of its residuals in files, and how many of it make one of the kind's own
+  double in_unit;
   void (*see)(const StateView<double>&, const Observation&, Sighting<double>&);
   void (*see_lanes)(const StateView<Lanes>&, const Observation&, Sighting<Lanes>&);
 };
@@ -104,8 +106,12 @@ void see_lane_by_lane(const StateView<Lanes>& view, const Observation& observati
 // A template Kind::see<Scalar> is taken for both scalars; a plain one for doubles.
 template <typename Kind>
 constexpr ObservationKind kind_of() {
-  ObservationKind kind{Kind::kName,   Kind::kRows,      Kind::kGate, Kind::kAxes,
-                       Kind::kBlocks, Kind::kHasJitter, nullptr,     nullptr};
+  ObservationKind kind{Kind::kName,      Kind::kRows, Kind::kGate, Kind::kAxes, Kind::kBlocks,
+                       Kind::kHasJitter, "",          1.0,         nullptr,     nullptr};
+  if constexpr (requires { Kind::kUnit; }) {
+    kind.unit = Kind::kUnit;
+    kind.in_unit = Kind::kInUnit;
+  }
   if constexpr (requires { &Kind::template see<Lanes>; }) {
     kind.see = &Kind::template see<double>;
     kind.see_lanes = &Kind::template see<Lanes>;

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "liealign/align/heading_search.hpp"
-#include "liealign/core/progress.hpp"
 #include "liealign/align/receiver_fit.hpp"
+#include "liealign/core/progress.hpp"
 #include "liealign/estimate/score.hpp"
 #include "liealign/estimate/solution.hpp"
 #include "liealign/pipeline/flight.hpp"
@@ -62,7 +62,7 @@ struct Solution {
   std::vector<UpdateRecord> others;  // of other kinds that a gate may reject, in the order of time
   // Of the IMU, where something was observed, after the updates there; empty unless asked for.
   std::vector<Epoch> filtered_at_events, smoothed_at_events;
-  Score<double> score;  // of the forward pass
+  Score<double> score;                  // of the forward pass
   std::optional<ReceiverFit> receiver;  // with the latencies of the whole flight; where its errors are modelled
   double heading_std_initial_rad = 0.0;
 };
