@@ -313,7 +313,10 @@ ReceiverPrior receiver_prior(FixClass of, bool has_velocity, bool arrival) {
 
 FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverParameters& theta) {
   FilterOptions options = problem.filter;
-  options.dynamics.noise = scaled(options.dynamics.noise, theta.gyro_scale, theta.accel_scale);
+  // A scale on white noise is none on the biases, whose walk stays the sheet's: the two are told apart badly, and a scale below 1
+  // would state biases that are too sure.
+  options.dynamics.noise.gyro_arw *= theta.gyro_scale;
+  options.dynamics.noise.accel_vrw *= theta.accel_scale;
   options.tail = {theta.sigma_c,
                   theta.tau_c_s,
                   theta.tau_u_s,
