@@ -98,7 +98,9 @@ def rtk(white_m: float, correlated_m: float = 0.0, **more: Any) -> Json:
     }
 
 
-def metre(correlated_m: float = 1.5, tau_s: float = 120.0, stated_m: float | None = None, **more: Any) -> Json:
+def metre(
+    correlated_m: float = 1.5, tau_s: float = 120.0, stated_m: float | None = None, **more: Any
+) -> Json:
     """A receiver of code alone, with velocities if nothing else is said."""
     return {
         "std_ned_m": three(0.03),
@@ -139,11 +141,19 @@ def metre_cases() -> list[Case]:
         ("metre-stated-2", "the same, stated 2 m", metre(stated_m=2.0)),
         ("metre-600", "2 m over 600 s", metre(2.0, 600.0)),
         ("metre-20", "2 m over 20 s", metre(2.0, 20.0)),
-        ("metre-smoothed", "1.5 m over 120 s, smoothed over 1 s, 5 Hz", metre(smoothing_time_s=1.0, rate_hz=5.0)),
+        (
+            "metre-smoothed",
+            "1.5 m over 120 s, smoothed over 1 s, 5 Hz",
+            metre(smoothing_time_s=1.0, rate_hz=5.0),
+        ),
         ("metre-wrong", "0.7 m over 120 s, stated 2 m", metre(0.7, stated_m=2.0)),
         ("metre-no-velocity", "1.5 m over 120 s without velocity", metre(velocity=False)),
         ("metre-arrival", "with stamps of arrivals, 20 ms", metre(arrival_delay_s=0.02)),
-        ("metre-outliers", "with 5 % of the fixes off by 20 m", metre(outlier_probability=0.05, outlier_m=20.0)),
+        (
+            "metre-outliers",
+            "with 5 % of the fixes off by 20 m",
+            metre(outlier_probability=0.05, outlier_m=20.0),
+        ),
         ("metre-lag", "with a velocity that is 0.1 s later", metre(velocity_latency_s=LATENCY_S + 0.1)),
     ]
     return [Case(name, what, gnss, single=True) for name, what, gnss in cases]
@@ -201,7 +211,8 @@ def fit_figures(case: Case, runs: list[Json]) -> Json:
     if case.correlated_m > 0.0:
         true = case.correlated_m**2 / float(case.gnss["correlation_time_s"])
         found = [
-            (case.stated_m * run["parameters"]["sigma_c"]) ** 2 / run["parameters"]["tau_c_s"] for run in fitted
+            (case.stated_m * run["parameters"]["sigma_c"]) ** 2 / run["parameters"]["tau_c_s"]
+            for run in fitted
         ]
         figures["drift_over_true"] = float(np.median(found)) / true
     figures["evaluations"] = float(np.median([run["evaluations"] for run in fitted]))
@@ -255,10 +266,12 @@ def run_case(case: Case, n: int, seed: int) -> Json:
 
 # ---- What is wanted ------------------------------------------------------------------------------
 
-WANTED = """- Blocks, error over sigma pooled: attitude, velocity, relative position, both biases 0.7 to 1.3, relative position
-  0.8 to 1.2 where it is stated apart; a single state 0.6 to 1.45. With white errors given the position is the absolute one.
-- Absolute position, pooled over north, east and down, times stated over true standard deviation of the fixes: 0.7 to 1.3; truly
-  white RTK under the default model 0.4 to 1.3, whose own errors nothing tells from a correlated one of the size that is stated.
+WANTED = """- Blocks, error over sigma pooled: attitude, velocity, relative position, both biases 0.7 to 1.3,
+  relative position 0.8 to 1.2 where it is stated apart; a single state 0.6 to 1.45. With white errors given
+  the position is the absolute one.
+- Absolute position, pooled over north, east and down, times stated over true standard deviation of the fixes:
+  0.7 to 1.3; truly white RTK under the default model 0.4 to 1.3, whose own errors nothing tells from a
+  correlated one of the size that is stated.
 - Metre class: absolute position over sigma at most 1.3. No sigma is zero or negative."""
 
 
@@ -275,7 +288,8 @@ def shortfalls(case: Case, figures: Json) -> list[str]:
     def hold(name: str, banded_: list[float], low: float, high: float, factor: float = 1.0) -> None:
         value, least, most = (factor * v for v in banded_)
         if outside(value, low, high):
-            chance = ", within the band" if not outside(low, least, most) or not outside(high, least, most) else ""
+            inside = not outside(low, least, most) or not outside(high, least, most)
+            chance = ", within the band" if inside else ""
             short.append(f"{name} {value:.2f} ({low:g} to {high:g}{chance})")
 
     blocks = figures["blocks"]
@@ -369,7 +383,8 @@ def nees_table(cases: list[Case], results: Json) -> str:
 
 
 def unit_table(cases: list[Case], results: Json) -> str:
-    parts = {"roll, pitch": slice(0, 2), "heading": slice(2, 3), **{k: v for k, v in BLOCKS.items() if k != "attitude"}}
+    others = {k: v for k, v in BLOCKS.items() if k != "attitude"}
+    parts = {"roll, pitch": slice(0, 2), "heading": slice(2, 3), **others}
     rows = []
     for case in cases:
         figures = results[case.name]["figures"]
@@ -377,7 +392,9 @@ def unit_table(cases: list[Case], results: Json) -> str:
             continue
         cells = []
         for part in parts.values():
-            rms, sigma = (math.sqrt(float(np.mean(np.square(figures[key][part])))) for key in ("rms", "sigma"))
+            rms, sigma = (
+                math.sqrt(float(np.mean(np.square(figures[key][part])))) for key in ("rms", "sigma")
+            )
             cells.append(f"{number(rms)} / {number(sigma)}")
         rows.append([f"`{case.name}`", *cells])
     return table(["case", *parts], rows)

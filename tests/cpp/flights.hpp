@@ -31,6 +31,7 @@ inline Config with_given_parameters(Config config) {
   config.gnss.latency_s = config.gnss.latency_s.value_or(0.0);
   config.imu.noise_scale = config.imu.noise_scale.value_or(1.0);
   config.gnss.std_scale = config.gnss.std_scale.value_or(1.0);
+  config.gnss.error_model = "white";
   return config;
 }
 

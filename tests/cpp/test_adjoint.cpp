@@ -198,7 +198,7 @@ TYPED_TEST(AdjointLaws, of_a_reacquisition_is_rts_over_the_noise_that_it_adds) {
   // RTS, in the tangent of the state before.
   const Cov G = P * inverse(P_next);
   const Tangent z_s = Model::local(s.before.X, smoothed.X), x = G * z_s;
-  const Cov J_0 = Model::right_jacobian_inverse(z_s), J_1 = Model::right_jacobian(x);
+  const Cov J_0 = Model::right_jacobian(z_s).inverse(), J_1 = Model::right_jacobian(x);
   const Cov expected =
       J_1 * Cov(P + G * (J_0 * smoothed.P * J_0.transpose() - P_next) * G.transpose()) * J_1.transpose();
   const Tangent sigma = expected.diagonal().cwiseSqrt();

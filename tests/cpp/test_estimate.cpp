@@ -230,6 +230,14 @@ struct VerdictVisitor : SilentVisitor<Model> {
   void updated(const Observation&, const Innovation<double>& i) { verdicts.push_back(i.verdict); }
 };
 
+struct CheckpointKeeper : VerdictVisitor {
+  static constexpr bool keeps_changes = true;
+  std::vector<Checkpoint<Model>> checkpoints;
+  void node(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NodeChanges<Model>& changes) {
+    checkpoints.push_back({b, cursor, changes});
+  }
+};
+
 TEST(ForwardPass, one_outlier_is_rejected_or_weighted_and_hardly_moves_the_state) {
   for (Outliers treatment : {Outliers::reject, Outliers::weight}) {
     RestCase c;
@@ -266,13 +274,7 @@ TEST(ForwardPass, two_events_at_one_time_both_count_and_give_one_epoch) {
     c.data.rests.push_back({static_cast<double>(i), 1.0, c.data.imu()[0].omega_ib_b, Vector3d::Zero()});
   }
   list_observations(c.data);
-  struct Keeper : VerdictVisitor {
-    static constexpr bool keeps_changes = true;
-    std::vector<Checkpoint<Model>> checkpoints;
-    void node(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NodeChanges<Model>& changes) {
-      checkpoints.push_back({b, cursor, changes});
-    }
-  } keeper;
+  CheckpointKeeper keeper;
   Belief<Model> belief = c.belief;
   const ImuCursor start = cursor_at(c.data.imu(), 0.0);
   keeper.checkpoints.push_back({belief, start, {}});
@@ -320,19 +322,7 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
   list_observations(c.data);
 
   const Ekf<Model> ekf{c.options.dynamics, true};
-  struct Keeper : SilentVisitor<Model> {
-    static constexpr bool keeps_changes = true;
-    std::vector<Checkpoint<Model>> checkpoints;
-    std::vector<NavTransition<double>> transitions;
-    std::vector<Belief<Model>> predicted;
-    void after(const Belief<Model>& b, const NavTransition<double>& t, std::size_t, bool) {
-      transitions.push_back(t);
-      predicted.push_back(b);
-    }
-    void node(std::size_t, const Belief<Model>& b, const ImuCursor& cursor, const NodeChanges<Model>& changes) {
-      checkpoints.push_back({b, cursor, changes});
-    }
-  } keeper;
+  CheckpointKeeper keeper;
   Belief<Model> belief = c.belief;
   const ImuCursor start = cursor_at(c.data.imu(), 0.0);
   keeper.checkpoints.push_back({belief, start, {}});

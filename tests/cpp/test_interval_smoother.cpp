@@ -60,7 +60,7 @@ struct Shaken {
   // What that future says at the end, (Eq. 54), and by (Eq. 32) at the start.
   Adjoint<Model> adjoint() const {
     const Vec15 z = Model::local(predicted.X, smoothed_end.X), s = predicted.P.diagonal().cwiseSqrt().cwiseInverse();
-    const Cov J_0 = Model::right_jacobian_inverse(z), P_s = J_0 * smoothed_end.P * J_0.transpose();
+    const Cov J_0 = Model::right_jacobian(z).inverse(), P_s = J_0 * smoothed_end.P * J_0.transpose();
     const Cov inverse =
         s.asDiagonal() * Cov(Cov(s.asDiagonal() * predicted.P * s.asDiagonal()).inverse()) * s.asDiagonal();
     Adjoint<Model> adjoint;
@@ -138,7 +138,7 @@ TEST(InsideInterval, equals_the_smoother_that_steps_from_sample_to_sample) {
   Cov P_next = L_end * P[n] * L_end.transpose() + walk;
   EXPECT_LT((P_next - s.predicted.P).norm(), 1e-12 * P_next.norm());
   Vec15 x = Model::local(s.predicted.X, s.smoothed_end.X);
-  const Cov J_0 = Model::right_jacobian_inverse(x);
+  const Cov J_0 = Model::right_jacobian(x).inverse();
   Cov P_s = J_0 * s.smoothed_end.P * J_0.transpose(), step = L_end;
   for (std::size_t k = n + 1; k-- > 1;) {
     const Cov G = P[k] * step.transpose() * P_next.inverse();

@@ -272,6 +272,7 @@ TEST(Pipeline, an_uncertain_latency_is_uncertain_along_the_flight) {
   for (const double arm : {0.0, 0.4}) {
     Config config;
     config.output.reference_point_b_m = {arm, 0.0, 0.0};
+    config.gnss.error_model = "white";  // else the latency is a state, and in the covariance already
     const SimulatedFlight s = testing::table_1_flight(80.0, 4, config);
     const PreparedFlight prepared = prepare_flight(s.flight);
     HeadingResult heading = align(prepared);
@@ -321,7 +322,8 @@ TEST(Results, leave_no_part_file_and_the_config_reads_back) {
   EXPECT_EQ(
       trajectory.substr(0, trajectory.find('\n')),
       "time_s,lat_deg,lon_deg,height_m,vn_mps,ve_mps,vd_mps,roll_deg,pitch_deg,heading_deg,std_n_m,std_e_m,std_d_m,"
-      "std_vn_mps,std_ve_mps,std_vd_mps,std_roll_deg,std_pitch_deg,std_heading_deg");
+      "std_vn_mps,std_ve_mps,std_vd_mps,std_roll_deg,std_pitch_deg,std_heading_deg,"
+      "relative_std_n_m,relative_std_e_m,relative_std_d_m");
   std::filesystem::remove_all(folder);
 }
 

