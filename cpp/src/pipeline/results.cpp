@@ -48,9 +48,9 @@ Json number_or_null(const std::optional<double>& value, double unit = 1.0) {
 
 // What the final run found of the receiver, and of the noise of the IMU with it; null where its errors were taken for white.
 void put_receiver(Json& json, const PreparedFlight& flight, const ReceiverFit* fit) {
-  for (const char* key : {"gnss_latency_time_s", "gnss_velocity_latency_s", "gnss_velocity_latency_std_s",
-                          "gnss_latency_model_spread_s", "gnss_stamp_jitter_s", "gnss_white_std_scale",
-                          "gnss_correlation_time_s", "gnss_smoothing_time_s", "gnss_velocity_correlated_std_mps"})
+  for (const char* key :
+       {"gnss_velocity_latency_s", "gnss_velocity_latency_std_s", "gnss_latency_model_spread_s", "gnss_stamp_jitter_s",
+        "gnss_white_std_scale", "gnss_correlation_time_s", "gnss_smoothing_time_s", "gnss_velocity_correlated_std_mps"})
     json[key] = nullptr;
   if (fit == nullptr) return;
   const ReceiverParameters& p = fit->parameters;
@@ -83,6 +83,7 @@ void put_parameters(Json& json, const PreparedFlight& flight, const HeadingResul
   const FlightParametersStd& std = heading.parameters_std;
   json["gnss_latency_s"] = flight.latency_s + p.latency_s;
   json["gnss_latency_std_s"] = number_or_null(std.latency_s);
+  json["gnss_latency_time_s"] = flight.problem.t_start_s;
   json["clock_drift_ppm"] = 1e6 * p.clock_drift;
   json["clock_drift_std_ppm"] = number_or_null(std.clock_drift, 1e6);
   json["imu_noise_scale"] = flight.imu_noise_scale * p.imu_noise_scale;

@@ -62,8 +62,8 @@ void propagate_to(const Ekf<Model>& ekf, const ImuSeries& imu, double t_target, 
   }
 }
 
-// The re-acquisition rule: after `reacquire_after` positions beyond the gate in a row the filter, not the receiver, is taken
-// to be wrong. It is off by z, gathered since the last position inside the gate, tau ago: position variance grows by |z|^2,
+// The re-acquisition rule: after `reacquire_after` positions beyond the gate in a row, over three seconds at least (a fast receiver
+// has as many in a turn that the model of its errors does not know), the filter, not the receiver, is taken to be wrong. It is off by z, gathered since the last position inside the gate, tau ago: position variance grows by |z|^2,
 // velocity variance by |z|^2/tau^2, and the fix is used in full.
 struct Reacquisition {
   int beyond = 0;  // positions beyond the gate in a row
@@ -163,7 +163,8 @@ Innovation<typename Model::Scalar> update(const Observation& o, const Ekf<Model>
     state.beyond = weight < Scalar(1) ? state.beyond + 1 : 0;
     const double tau = o.t_s - state.last_inside_s;
     if (state.beyond == 0) state.last_inside_s = o.t_s;
-    yields = options.reacquire_after > 0 && state.beyond > options.reacquire_after;
+    constexpr double kLeast_s = 3.0;
+    yields = options.reacquire_after > 0 && state.beyond > options.reacquire_after && tau >= kLeast_s;
     if (yields) {
       state = {0, o.t_s};
       const Scalar z2 = seen.z.squaredNorm();
