@@ -173,10 +173,10 @@ HeadingPosterior heading_posterior(std::vector<PosteriorSample> samples, double 
   } else {
     out.mean_rad = wrap_2pi(std::arg(resultant));
   }
-  constexpr double kTail = 0.025;
-  out.low_rad = quantile(pieces, psi_rad, kTail, total);
-  out.high_rad = quantile(pieces, psi_rad, 1.0 - kTail, total);
-  out.width_rad = least_width(pieces, 1.0 - 2.0 * kTail, total);
+  constexpr double kEachSide = 0.025;
+  out.low_rad = quantile(pieces, psi_rad, kEachSide, total);
+  out.high_rad = quantile(pieces, psi_rad, 1.0 - kEachSide, total);
+  out.width_rad = least_width(pieces, 1.0 - 2.0 * kEachSide, total);
   out.modes = modes_of(samples, pieces, total);
   for (PosteriorSample& s : samples) s.cost += std::log(total) - lowest;
   out.samples = std::move(samples);

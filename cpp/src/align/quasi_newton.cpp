@@ -10,17 +10,17 @@
 namespace liealign {
 namespace {
 
-using Vector = Eigen::VectorXd;
-using Matrix = Eigen::MatrixXd;
+using Point = Eigen::VectorXd;
+using Hessian = Eigen::MatrixXd;
 
 // Of the cost about a point.
 struct Slope {
-  Vector gradient, curvature;
+  Point gradient, curvature;
 };
 
-Slope slope_at(const BatchCost& cost, const Vector& x, double value, double h, int& evaluations) {
+Slope slope_at(const BatchCost& cost, const Point& x, double value, double h, int& evaluations) {
   const Eigen::Index n = x.size();
-  std::vector<Vector> points;
+  std::vector<Point> points;
   for (Eigen::Index i = 0; i < n; ++i) {
     for (const double side : {h, -h}) {
       points.push_back(x);
@@ -29,7 +29,7 @@ Slope slope_at(const BatchCost& cost, const Vector& x, double value, double h, i
   }
   const std::vector<double> costs = cost(points);
   evaluations += static_cast<int>(costs.size());
-  Slope slope{Vector(n), Vector(n)};
+  Slope slope{Point(n), Point(n)};
   for (Eigen::Index i = 0; i < n; ++i) {
     const double plus = costs[static_cast<std::size_t>(2 * i)], minus = costs[static_cast<std::size_t>(2 * i + 1)];
     slope.gradient[i] = (plus - minus) / (2.0 * h);
@@ -42,29 +42,29 @@ Slope slope_at(const BatchCost& cost, const Vector& x, double value, double h, i
 }
 
 // B <- B - B s s^T B / s^T B s + y y^T / y^T s, where that stays positive definite.
-void update_bfgs(Matrix& B, const Vector& s, const Vector& y) {
-  const Vector Bs = B * s;
+void update_bfgs(Hessian& B, const Point& s, const Point& y) {
+  const Point Bs = B * s;
   const double sBs = s.dot(Bs), ys = y.dot(s);
   if (!(ys > 0.1 * sBs)) return;
   B += y * y.transpose() / ys - Bs * Bs.transpose() / sBs;
 }
 
 // Rows and columns scaled so that the diagonal is this one.
-void scale_diagonal(Matrix& B, const Vector& diagonal) {
-  const Vector by = (diagonal.array() / B.diagonal().array()).sqrt();
+void scale_diagonal(Hessian& B, const Point& diagonal) {
+  const Point by = (diagonal.array() / B.diagonal().array()).sqrt();
   B = (by.asDiagonal() * B * by.asDiagonal()).eval();
 }
 
 }  // namespace
 
-QuasiNewtonResult minimise(const BatchCost& cost, const Vector& start, const QuasiNewtonOptions& options) {
+QuasiNewtonResult minimise(const BatchCost& cost, const Point& start, const QuasiNewtonOptions& options) {
   QuasiNewtonResult result;
   result.x = start;
   result.cost = cost({start}).front();
   result.evaluations = 1;
   if (start.size() == 0 || !std::isfinite(result.cost)) return result;
-  Matrix& B = result.hessian;
-  Vector last_step, last_gradient;
+  Hessian& B = result.hessian;
+  Point last_step, last_gradient;
   for (int round = 0; round < options.max_rounds; ++round) {
     const Slope slope = slope_at(cost, result.x, result.cost, options.difference, result.evaluations);
     if (round == 0) {
@@ -73,7 +73,7 @@ QuasiNewtonResult minimise(const BatchCost& cost, const Vector& start, const Qua
       update_bfgs(B, last_step, slope.gradient - last_gradient);
       scale_diagonal(B, slope.curvature);
     }
-    Vector step = -B.ldlt().solve(slope.gradient);
+    Point step = -B.ldlt().solve(slope.gradient);
     if (-0.5 * slope.gradient.dot(step) < options.tolerance) {
       result.settled = true;
       return result;
