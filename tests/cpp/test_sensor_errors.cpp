@@ -91,7 +91,7 @@ TEST(GaussMarkov, variance_and_autocorrelation_are_those_of_the_formula_at_every
     const double four_sigma = 4.0 * std::sqrt(2.0 * memory / (3.0 * static_cast<double>(size)));
     const double variance = mean_product(c, 0);
     EXPECT_NEAR(variance / (kSigma * kSigma), 1.0, four_sigma) << p.tau_s << " " << p.tau_u_s;
-    for (const std::size_t lag : {1, 2, 5, 10, 30}) {
+    for (const std::size_t lag : {1U, 2U, 5U, 10U, 30U}) {
       const double expected = expected_correlation(p, p.step_s * static_cast<double>(lag));
       EXPECT_NEAR(mean_product(c, lag) / variance, expected, four_sigma) << p.tau_s << " " << p.tau_u_s << " " << lag;
     }
