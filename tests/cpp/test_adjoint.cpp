@@ -183,13 +183,13 @@ TYPED_TEST(AdjointLaws, of_a_reacquisition_is_rts_over_the_noise_that_it_adds) {
   Scene<TypeParam> s;
   s.options.gate = {Outliers::reject, 16.27};
   s.options.reacquire_after = 1;
-  s.memory.reacquisition = {1, 5.0};
+  s.memory.reacquisition = {1, 2.0};
   s.observe(6.0);
   ASSERT_EQ(s.innovation.verdict, Verdict::reacquired);
   const double z2 = s.innovation.z.squaredNorm();
   Cov D = Cov::Zero();
   D.diagonal().template segment<3>(kRho).setConstant(z2);
-  D.diagonal().template segment<3>(kNu).setConstant(z2 / 4.0);
+  D.diagonal().template segment<3>(kNu).setConstant(z2 / 25.0);
   const Cov P = s.before.P, P_next = P + D;
   Belief<Model> smoothed;
   Adjoint<Model> adjoint = s.future(smoothed);
