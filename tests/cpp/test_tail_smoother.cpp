@@ -519,14 +519,15 @@ TEST(TailSmoother, a_tail_of_zeros_is_none) {
       EXPECT_GT(of_zeros.belief.P.diagonal().minCoeff(), 0.0) << k;
       EXPECT_GT(of_zeros.P_relative.diagonal().minCoeff(), 0.0) << k;
       EXPECT_LT((of_zeros.belief.P - of_none.belief.P).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(),
-                1e-6)
+                1e-5)
           << k;
-      // ECEF metres carry 1e-9, part of a tenth of these sigmas. What the first fix after an outage corrects is bent by the one retraction and not by the other.
+      // ECEF metres carry 1e-9, part of a tenth of these sigmas. What the first fix after an outage corrects is bent by the
+      // one retraction and not by the other.
       if (k < 2300) {
         EXPECT_LT(Core::local(of_none.belief.X, of_zeros.belief.X).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 0.05)
             << k;
       }
-      EXPECT_LT((of_zeros.P_relative - of_none.P_rho).norm(), 1e-6 * of_none.P_rho.norm()) << k;
+      EXPECT_LT((of_zeros.P_relative - of_none.P_rho).norm(), 1e-5 * of_none.P_rho.norm()) << k;
     }
   }
 }
