@@ -103,7 +103,7 @@ void hand_on(const std::vector<Epoch>& epochs, const EpochSink& sink);
 // process() with the trajectories handed on as they are made: memory does not grow with their length.
 Solution process(const PreparedFlight& flight, const HeadingResult& heading, const EpochSink& smoothed,
                  const EpochSink& filtered, const Progress& progress = {}, bool keep_events = false);
-Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& start,
+Solution process(const PreparedFlight& flight, const HeadingResult& heading, const RunStart& begin,
                  const EpochSink& smoothed, const EpochSink& filtered, const Progress& progress = {},
                  bool keep_events = false);
 
