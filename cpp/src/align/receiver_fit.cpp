@@ -250,6 +250,7 @@ class ReceiverSearch {
     const FitPasses<tail> passes(problem_, blocks_, at.latency);
     const auto cost = [&](const std::vector<Eigen::VectorXd>& points) {
       std::vector<ReceiverParameters> all;
+      all.reserve(points.size());
       for (const Eigen::VectorXd& x : points) all.push_back(chart_.parameters(x));
       std::vector<double> out = costs(passes, all);
       for (std::size_t i = 0; i < out.size(); ++i) out[i] += chart_.prior_cost(points[i]);

@@ -83,9 +83,9 @@ ReceiverLatency found_latency(const ReceiverLatency& nominal, const Belief<LieMo
 }
 
 // The observations at the times and with the covariances that parameters and latencies give them.
-FlightData with_receiver(const ReceiverProblem& problem, const ReceiverParameters& parameters,
+FlightData with_receiver(const ReceiverProblem& problem, const ReceiverParameters& theta,
                          const ReceiverLatency& latency);
-FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverParameters& parameters);
+FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverParameters& theta);
 // For the run from what was found.
 FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverFit& fit);
 

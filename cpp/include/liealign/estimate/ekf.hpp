@@ -123,9 +123,9 @@ struct Ekf {
       const int row = kTail + i;
       P(row, row) += step.noise[at];
       if (!is_driven(i)) continue;
-      const int of_driver = kTail + TailStep::driver(i);
-      P(row, of_driver) += step.with_driver[at];
-      P(of_driver, row) += step.with_driver[at];
+      const int j = kTail + TailStep::driver(i);
+      P(row, j) += step.with_driver[at];
+      P(j, row) = P(row, j);
     }
   }
 
