@@ -43,10 +43,10 @@ ReceiverParameters medians(const ReceiverPrior& prior) {
 
 // The free parameters as one vector of logarithms, and back.
 struct Chart {
-  const ReceiverPrior& prior;
+  ReceiverPrior prior;
   std::vector<Coordinate> free;
 
-  explicit Chart(const ReceiverPrior& of) : prior(of) {
+  explicit Chart(ReceiverPrior of) : prior(std::move(of)) {
     for (const Coordinate& c : kCoordinates) {
       if ((prior.*c.prior).is_free()) free.push_back(c);
     }
@@ -72,9 +72,12 @@ struct Chart {
   }
 };
 
+bool is_fix(const Observation& o) { return o.kind->gate == GateClass::position || o.kind->gate == GateClass::velocity; }
+
 struct ScoreVisitor {
   Score<double> score;
   const FilterOptions& options;
+  std::vector<std::size_t>* gross;  // records of messages that are beyond what any noise does; or nowhere to put them
 
   static constexpr bool keeps_changes = false;
   template <typename... Any>
@@ -83,7 +86,11 @@ struct ScoreVisitor {
   void after(const Any&...) {}
   template <typename... Any>
   void node(const Any&...) {}
-  void updated(const Observation& o, const Innovation<double>& i) { score.add(options, o, i); }
+  void updated(const Observation& o, const Innovation<double>& i) {
+    score.add(options, o, i);
+    constexpr double kGross = 100.0;  // ten sigma
+    if (gross != nullptr && is_fix(o) && i.nis > kGross) gross->push_back(o.record);
+  }
 };
 
 // Passes over the part of the flight that theta is found from, over intervals that are cut once for its latencies.
@@ -92,8 +99,9 @@ class FitPasses {
  public:
   using Model = LieModel<double, tail>;
 
-  FitPasses(const ReceiverProblem& problem, const SampleBlocks& blocks, const ReceiverLatency& latency)
-      : problem_(problem), latency_(latency) {
+  FitPasses(const ReceiverProblem& problem, const SampleBlocks& blocks, const std::vector<std::size_t>& left_out,
+            const ReceiverLatency& latency)
+      : problem_(problem), left_out_(left_out), latency_(latency) {
     std::vector<double> stops = {problem.cursor.t_s};
     for (const Observation& o : observations_of(medians(problem.prior)).observations) {
       if (o.t_s > problem.cursor.t_s) stops.push_back(o.t_s);
@@ -105,7 +113,7 @@ class FitPasses {
     double cost;
     Belief<Model> end;
   };
-  Pass run(const ReceiverParameters& theta) const {
+  Pass run(const ReceiverParameters& theta, std::vector<std::size_t>* gross = nullptr) const {
     const FlightData data = observations_of(theta);
     FilterOptions options = with_receiver(problem_, theta);
     // Bounded, never rejected: what a gate throws out says nothing, and then throwing out is the best fit.
@@ -116,7 +124,7 @@ class FitPasses {
         problem_.start, options.tail, problem_.wide_position_std_m,
         {problem_.latency.position_s - latency_.position_s, problem_.latency.velocity_s - latency_.velocity_s});
     ByRescaledIntervals motion{ByIntervals(series_), data.imu(), options.dynamics.noise};
-    ScoreVisitor visitor{{}, options};
+    ScoreVisitor visitor{{}, options, gross};
     forward_pass(motion, data, options, belief, problem_.fit_end_s, visitor);
     return {visitor.score.negative_log_likelihood, belief};
   }
@@ -125,19 +133,19 @@ class FitPasses {
   // Of a long rest its last part and the first fix, which says where c and p are together.
   FlightData observations_of(const ReceiverParameters& theta) const {
     FlightData data = with_receiver(problem_, theta, latency_);
-    const auto is_fix = [](const Observation& o) {
-      return o.kind->gate == GateClass::position || o.kind->gate == GateClass::velocity;
-    };
     const auto first = std::find_if(data.observations.begin(), data.observations.end(),
                                     [&](const Observation& o) { return is_fix(o) && o.t_s > problem_.cursor.t_s; });
     const std::size_t message = first == data.observations.end() ? ObservationMemory::kNone : first->record;
     std::erase_if(data.observations, [&](const Observation& o) {
-      return o.t_s > problem_.fit_end_s || (is_fix(o) && o.t_s < problem_.fit_begin_s && o.record != message);
+      if (o.t_s > problem_.fit_end_s) return true;
+      return is_fix(o) && o.record != message &&
+             (o.t_s < problem_.fit_begin_s || std::binary_search(left_out_.begin(), left_out_.end(), o.record));
     });
     return data;
   }
 
   const ReceiverProblem& problem_;
+  const std::vector<std::size_t>& left_out_;  // records of messages, rising
   ReceiverLatency latency_;
   IntervalSeries series_;
 };
@@ -153,11 +161,16 @@ class ReceiverSearch {
                 problem.filter.dynamics.noise) {}
 
   ReceiverFit find() {
-    std::vector<Attempt> attempts;
-    for (const ReceiverParameters& start : starts()) attempts.push_back(settle({start, problem_.latency}));
-    const auto lower = [](const Attempt& a, const Attempt& b) { return a.cost < b.cost; };
-    const Attempt& best = *std::min_element(attempts.begin(), attempts.end(), lower);
+    Attempt best;
+    const auto keep_lower = [&](const Attempt& a) {
+      if (a.cost < best.cost) best = a;
+    };
+    for (const ReceiverParameters& start : starts()) keep_lower(settle({start, problem_.latency}));
     if (!std::isfinite(best.cost)) throw NumericalError("no filter gets through the flight with the receiver's errors");
+    leave_out_gross_errors(best);
+    if (!left_out_.empty()) best = settle(best);
+    const double interval_s = (problem_.fit_end_s - problem_.fit_begin_s) / std::max(positions_in_fit(), 1.0);
+    if (best.parameters.tau_u_s > 0.0 && best.parameters.tau_u_s < interval_s) keep_lower(of_first_order(best));
     return {best.parameters, best.latency, latency_spread(best), best.settled, evaluations_};
   }
 
@@ -213,6 +226,40 @@ class ReceiverSearch {
     return all;
   }
 
+  // What is bounded still costs, and drift and white noise grow until it costs less. Which messages they are is decided once: were
+  // it for the parameters to say, none would fit better than those that throw out all.
+  void leave_out_gross_errors(const Attempt& at) {
+    const FitPasses<tail> passes(problem_, blocks_, left_out_, at.latency);
+    count(1);
+    std::vector<std::size_t> gross;
+    passes.run(at.parameters, &gross);
+    std::sort(gross.begin(), gross.end());
+    gross.erase(std::unique(gross.begin(), gross.end()), gross.end());
+    constexpr double kMostShare = 0.1;  // where more of them are, the model is wrong
+    if (static_cast<double>(gross.size()) <= kMostShare * positions_in_fit()) left_out_ = std::move(gross);
+  }
+
+  double positions_in_fit() const {
+    const auto& all = problem_.data.observations;
+    return static_cast<double>(std::count_if(all.begin(), all.end(), [&](const Observation& o) {
+      return o.kind->gate == GateClass::position && o.t_s >= problem_.fit_begin_s && o.t_s <= problem_.fit_end_s;
+    }));
+  }
+
+  // An error that is smoothed over less than the time between fixes looks much like one that is not, which no tau_u above zero
+  // is; and the one parameter less is worth what the prior of tau_u was narrowed by, a nat or two.
+  Attempt of_first_order(Attempt at) {
+    constexpr double kWorth = 1.5;
+    ReceiverPrior first_order = problem_.prior;
+    first_order.tau_u_s = {0.0, 0.0};
+    const Chart second_order = std::exchange(chart_, Chart(first_order));
+    at.parameters.tau_u_s = 0.0;
+    at = settle(at);
+    at.cost -= kWorth;
+    chart_ = second_order;
+    return at;
+  }
+
   // Parameters and latencies in turn, as long as the cost falls: under a poor model of the noise a filter may find latencies that
   // fit worse than those it was linearised about.
   Attempt settle(Attempt at) {
@@ -236,7 +283,7 @@ class ReceiverSearch {
     };
     constexpr int kMost = 4;
     for (int i = 0; i < kMost; ++i) {
-      const FitPasses<tail> passes(problem_, blocks_, at.latency);
+      const FitPasses<tail> passes(problem_, blocks_, left_out_, at.latency);
       count(1);
       const ReceiverLatency next = found_latency<tail>(at.latency, passes.run(at.parameters).end);
       const double moved = apart(next, at.latency);
@@ -247,7 +294,7 @@ class ReceiverSearch {
   }
 
   void improve(Attempt& at) {
-    const FitPasses<tail> passes(problem_, blocks_, at.latency);
+    const FitPasses<tail> passes(problem_, blocks_, left_out_, at.latency);
     const auto cost = [&](const std::vector<Eigen::VectorXd>& points) {
       std::vector<ReceiverParameters> all;
       all.reserve(points.size());
@@ -266,7 +313,7 @@ class ReceiverSearch {
   // Against the alignment's, of white errors and one latency for both; without the jitter; and with an error of first order where
   // it is of second: models that nobody could rule out by eye.
   double latency_spread(const Attempt& best) {
-    const FitPasses<tail> passes(problem_, blocks_, best.latency);
+    const FitPasses<tail> passes(problem_, blocks_, left_out_, best.latency);
     double spread = std::abs(best.latency.position_s - problem_.latency.position_s);
     for (double ReceiverParameters::*left_out : {&ReceiverParameters::jitter_s, &ReceiverParameters::tau_u_s}) {
       if (best.parameters.*left_out == 0.0) continue;
@@ -283,6 +330,7 @@ class ReceiverSearch {
   const Progress& progress_;
   Chart chart_;
   SampleBlocks blocks_;
+  std::vector<std::size_t> left_out_;
   int evaluations_ = 0;
 };
 

@@ -23,7 +23,7 @@ namespace {
 using Model = LieModel<double>;
 
 // Streams of the seed; the others are in simulate/, pipeline/ and study_case.cpp.
-enum HonestStream : std::uint64_t { kHonestStart = 221, kHonestLatency };
+enum HonestStream : std::uint64_t { kHonestStart = 221, kHonestLatency, kHonestBetween };
 
 void check(const HonestCase& h) {
   const auto refuse = [](const char* name, double value, const char* allowed) {
@@ -134,14 +134,18 @@ HonestEpoch compare(const Epoch& epoch, const NavState<double>& X_true, const Ve
   return out;
 }
 
-// c in ECEF at a multiple of the receiver's interval.
-Vector3d error_at(const ReceiverErrors& errors, const Matrix3d& C_n, double t_s) {
-  const auto after = std::lower_bound(errors.t_s.begin(), errors.t_s.end(), t_s - 1e-6);
-  if (after == errors.t_s.end() || *after > t_s + 1e-6)
-    throw Error("honest case: an epoch at " + std::to_string(t_s) +
-                " s is not one of the receiver's; expected every_s and "
-                "start_after_s to be whole intervals of gnss.rate_hz");
-  return C_n * errors.c_n[static_cast<std::size_t>(after - errors.t_s.begin())];
+// c at a time between two records: an error of first order goes there at random, held at both ends (a bridge); one that is
+// smoothed goes all but straight.
+Vector3d error_between(const ReceiverErrors& errors, const GnssErrors& gnss, double t_s, Random& random) {
+  const auto after = std::upper_bound(errors.t_s.begin() + 1, errors.t_s.end() - 1, t_s);
+  const auto k = static_cast<std::size_t>(after - errors.t_s.begin());
+  const double since_s = t_s - errors.t_s[k - 1], to_s = errors.t_s[k] - t_s;
+  const Vector3d &c_0 = errors.c_n[k - 1], &c_1 = errors.c_n[k], unit = random.normal3();
+  if (gnss.smoothing_time_s > 0.0) return (to_s * c_0 + since_s * c_1) / (since_s + to_s);
+  const double a = std::exp(-since_s / gnss.correlation_time_s), b = std::exp(-to_s / gnss.correlation_time_s);
+  const double left = 1.0 - a * a, right = 1.0 - b * b, both = 1.0 - a * a * b * b;
+  return (a * right * c_0 + b * left * c_1) / both +
+         std::sqrt(std::max(left * right / both, 0.0)) * gnss.correlated_std_ned_m.cwiseProduct(unit);
 }
 
 // Of the smoothed epochs, those that count.
@@ -151,12 +155,15 @@ struct Counted {
   ReceiverErrors errors;
   double first_s, last_s;
 
-  void add(const std::vector<Epoch>& epochs, std::vector<HonestEpoch>& to) const {
-    double next_s = first_s;
+  // Half an interval from one of the receiver's epochs: at them what it measures is known best.
+  void add(const std::vector<Epoch>& epochs, std::uint64_t seed, std::vector<HonestEpoch>& to) const {
+    Random random(seed, kHonestBetween);
+    double next_s = first_s + 0.5 / honest.gnss.rate_hz;
     for (const Epoch& epoch : epochs) {
       if (epoch.t_s < next_s - 1e-6 || epoch.t_s > last_s) continue;
       const NavState<double> X_true = true_state(simulated, epoch.t_s);
-      to.push_back(compare(epoch, X_true, error_at(errors, C_n_e(X_true.first.p), epoch.t_s)));
+      const Vector3d c_n = error_between(errors, honest.gnss, epoch.t_s, random);
+      to.push_back(compare(epoch, X_true, C_n_e(X_true.first.p) * c_n));
       next_s += honest.every_s;
     }
   }
@@ -225,7 +232,7 @@ HonestRun honest_run(const HonestCase& h, std::uint64_t seed) {
     if (solution.receiver) put_fit(*solution.receiver, h.gnss, run);
     const double last_s = std::min(take_off_s + h.flight_s, simulated.truth.epochs.back().t_s);
     Counted{h, simulated, receiver_errors(simulated.truth, h.gnss, seed), start.cursor.t_s + h.settle_s, last_s}.add(
-        solution.smoothed, run.epochs);
+        solution.smoothed, seed, run.epochs);
   } catch (const InputError& error) {
     run.failure = error.what();
   } catch (const NumericalError& error) {

@@ -89,8 +89,9 @@ FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverParame
 // For the run from what was found.
 FilterOptions with_receiver(const ReceiverProblem& problem, const ReceiverFit& fit);
 
-// The start of a run with a tail: c by its prior, a position that the first fix will say, and latencies by a prior that stays where
-// it was when they are linearised about another value: `latency_s`, from the nominal ones to the middle of their prior.
+// The start of a run with a tail: c by its prior, a position that the first fix will say, and latencies by a prior that
+// stays where it was when they are linearised about another value: `latency_s`, from the nominal ones to the middle of
+// their prior.
 template <int tail>
 Belief<LieModel<double, tail>> start_with_tail(const Belief<LieModel<double>>& start, const TailModel& model,
                                                double wide_position_std_m,

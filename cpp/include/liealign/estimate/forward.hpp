@@ -62,9 +62,10 @@ void propagate_to(const Ekf<Model>& ekf, const ImuSeries& imu, double t_target, 
   }
 }
 
-// The re-acquisition rule: after `reacquire_after` positions beyond the gate in a row, over three seconds at least (a fast receiver
-// has as many in a turn that the model of its errors does not know), the filter, not the receiver, is taken to be wrong. It is off by z, gathered since the last position inside the gate, tau ago: position variance grows by |z|^2,
-// velocity variance by |z|^2/tau^2, and the fix is used in full.
+// The re-acquisition rule: after `reacquire_after` positions beyond the gate in a row, over three seconds at least (a
+// fast receiver has as many in a turn that the model of its errors does not know), the filter, not the receiver, is
+// taken to be wrong. It is off by z, gathered since the last position inside the gate, tau ago: position variance grows
+// by |z|^2, velocity variance by |z|^2/tau^2, and the fix is used in full.
 struct Reacquisition {
   int beyond = 0;  // positions beyond the gate in a row
   double last_inside_s = 0.0;

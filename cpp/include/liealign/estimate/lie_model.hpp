@@ -1,8 +1,8 @@
 // The Lie model: state X in SE_2(3) x T(6 + tail), left error X = X_hat exp(eps). What Ekf and the smoothers ask of a model.
 //
-// With a tail, position and velocity retract straight, p + C rho in place of the group's p + C J_l(phi) rho: to the first order the
-// same. A receiver's error c ties p to what it states, p + K c, by centimetres where either is known to metres; a correction that
-// bends with the attitude would tear the two apart, in the mean and in the covariance.
+// With a tail, position and velocity retract straight, p + C rho in place of the group's p + C J_l(phi) rho: to the
+// first order the same. A receiver's error c ties p to what it states, p + K c, by centimetres where either is known to
+// metres; a correction that bends with the attitude would tear the two apart, in the mean and in the covariance.
 //
 // A model gives: State, Dim, kTailDim, and the static functions below. Its error has nine navigation components, then
 // (b_a, b_g), so that a transition is always [F B; 0 I] with F 9x9 and B 9x6; the tail moves by itself. Observations are

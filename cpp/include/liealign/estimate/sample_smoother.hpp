@@ -1,5 +1,5 @@
-// Filter and smoother sample by sample, for models and mechanizations that have no closed form over an interval. Instantiated for the
-// Lie model, MEKF and Euler, once each.
+// Filter and smoother sample by sample, for models and mechanizations that have no closed form over an interval.
+// Instantiated for the Lie model, MEKF and Euler, once each.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// D-LIE-RTS sample by sample, over any Model without a tail: the smoother of (Eq. 30)-(Eq. 32) for what has no closed form over an
-// interval.
+// D-LIE-RTS sample by sample, over any Model without a tail: the smoother of (Eq. 30)-(Eq. 32) for what has no closed
+// form over an interval.
 //
 // The forward pass keeps a checkpoint at each node only. The backward pass re-runs an interval from its checkpoint (the
 // same arithmetic, hence the same bits) and smooths inside it: memory grows with the nodes, not with the samples.

@@ -57,8 +57,9 @@ bool stated_std_is_constant(const std::vector<GnssRecord>& records);
 // What a fix rests on: carrier phases with whole ambiguities, something between, code alone.
 enum class FixClass { fixed, other, single };
 
-// By the fix column (RTKLIB's Q): 1 fixed, 5 single, all else other. Without it, and where it says fixed beside a metre, by the stated horizontal standard
-// deviation sqrt((P_NN + P_EE) / 2): below 0.1 m fixed, below 1 m other, else single.
+// By the fix column (RTKLIB's Q): 1 fixed, 5 single, all else other. Without it, and where it says fixed beside a
+// metre, by the stated horizontal standard deviation sqrt((P_NN + P_EE) / 2): below 0.1 m fixed, below 1 m other, else
+// single.
 FixClass fix_class(const GnssRecord& record);
 
 }  // namespace liealign

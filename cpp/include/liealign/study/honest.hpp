@@ -24,8 +24,8 @@
 namespace liealign {
 
 struct HonestCase {
-  Config
-      config;  // the profile of the IMU, whose turn-on biases are drawn, and what the run is told; the lever arm is of gnss
+  // The profile of the IMU, whose turn-on biases are drawn, and what the run is told. The lever arm is that of gnss.
+  Config config;
   GnssErrors gnss;
   std::vector<FlightKind> kinds = {FlightKind::survey, FlightKind::lines, FlightKind::circles, FlightKind::rectangular,
                                    FlightKind::helical};  // flown in turn by the seed
