@@ -1,5 +1,5 @@
 # liealign_cool(target): a release is compiled with -O2, for most of it reads, checks and writes.
-# liealign_hot(source...): where the time of a run goes, -O3. An expression of Eigen's is many small functions, and the filter is
+# liealign_hot(target): where the time of a run goes, -O3. An expression of Eigen's is many small functions, and the filter is
 # many expressions. GCC stops inlining them long before the end, and then numbers go through memory from call to call: up to
 # twice as slow. These take several times as long to compile. The bits depend on none of this.
 # SPDX-License-Identifier: Apache-2.0
@@ -22,12 +22,6 @@ function(liealign_cool target)
   endif()
 endfunction()
 
-# Precompiled headers go with one set of options, so these sources read theirs themselves. A unity file takes no source with options
-# of its own, and is not there to be fast.
-function(liealign_hot)
-  if(LIEALIGN_UNITY)
-    return()
-  endif()
-  set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_OPTIONS "${LIEALIGN_HOT_OPTIONS}")
-  set_property(SOURCE ${ARGN} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
+function(liealign_hot target)
+  target_compile_options(${target} PRIVATE ${LIEALIGN_HOT_OPTIONS})
 endfunction()

@@ -61,4 +61,18 @@ IntervalSeries preintegrate(const ImuSeries& imu, const SampleBlocks& blocks, co
   return series;
 }
 
+Preintegrated<double> ByRescaledIntervals::take() {
+  const Interval& interval = as.series.intervals[as.next++];
+  Preintegrated<double> pre = interval.pre;
+  if (interval.bridges_gap) {
+    ImuCursor at = cursor_at(imu, as.t_s);
+    pre = preintegrate_to(interval.end_s, imu, as.series.b_0, noise, at, kNothingInside);
+  } else {
+    const WhiteDensity was = white_density(as.series.noise, 0.0), is = white_density(noise, 0.0);
+    pre.rescale_noise(is.gyro / was.gyro, is.accel / was.accel);
+  }
+  as.t_s = interval.end_s;
+  return pre;
+}
+
 }  // namespace liealign

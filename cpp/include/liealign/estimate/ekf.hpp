@@ -79,26 +79,12 @@ struct Ekf {
   TailModel tail = {};
 
   // (Eq. 27) over dt seconds of one IMU sample. Returns the transition, for the smoother. Models without a tail.
-  NavTransition<Scalar> predict(Belief<Model>& belief, const ImuSample& sample, double dt) const {
-    static_assert(Model::kTailDim == 0);
-    const NavTransition<Scalar> t =
-        Model::step(belief.X, sample.omega_ib_b, sample.f_ib_b, dt, dynamics.mechanization, dynamics.gravity);
-    propagate_covariance(belief.P, t, dt, white_density(dynamics.noise, sample));
-    return t;
-  }
+  NavTransition<Scalar> predict(Belief<Model>& belief, const ImuSample& sample, double dt) const;
 
   // The same over a preintegrated interval whose samples were corrected by the biases b_0 (exact mechanization). Returns
   // what gravitation did. The tail moves along, (Eq. 79).
   IntervalPull<Scalar> predict(Belief<Model>& belief, const Preintegrated<Scalar>& pre,
-                               const Vector<Scalar, kBias>& b_0) const {
-    const SE23<Scalar> d = increments<Scalar>(pre, biases(belief.X) - b_0);
-    const StartAxes<Scalar> axes(belief.X.first, pre.T);
-    if constexpr (Model::kTailDim > 0) predict_tail(belief, tail_step(tail, pre.T));
-    propagate_interval<Scalar, Model::Dim>(belief.P, axes, d, pre, half_walk(pre.T));
-    const IntervalPull<Scalar> pull(belief.X.first, d, pre.T, dynamics.gravity);
-    belief.X.first = advance_interval(belief.X.first, d, pre.T, pull);
-    return pull;
-  }
+                               const Vector<Scalar, kBias>& b_0) const;
 
   static void predict_tail(Belief<Model>& belief, const TailStep& step) {
     auto& x = belief.X.second.x;
@@ -252,5 +238,28 @@ struct Ekf {
     return log(llt.matrixLLT().diagonal().prod());
   }
 };
+
+// Outside of the class, so that they are compiled where that is asked for (filter_steps.cpp) and nowhere else.
+template <typename Model>
+NavTransition<typename Model::Scalar> Ekf<Model>::predict(Belief<Model>& belief, const ImuSample& sample,
+                                                          double dt) const {
+  static_assert(Model::kTailDim == 0);
+  const NavTransition<Scalar> t =
+      Model::step(belief.X, sample.omega_ib_b, sample.f_ib_b, dt, dynamics.mechanization, dynamics.gravity);
+  propagate_covariance(belief.P, t, dt, white_density(dynamics.noise, sample));
+  return t;
+}
+
+template <typename Model>
+IntervalPull<typename Model::Scalar> Ekf<Model>::predict(Belief<Model>& belief, const Preintegrated<Scalar>& pre,
+                                                         const Vector<Scalar, kBias>& b_0) const {
+  const SE23<Scalar> d = increments<Scalar>(pre, biases(belief.X) - b_0);
+  const StartAxes<Scalar> axes(belief.X.first, pre.T);
+  if constexpr (Model::kTailDim > 0) predict_tail(belief, tail_step(tail, pre.T));
+  propagate_interval<Scalar, Model::Dim>(belief.P, axes, d, pre, half_walk(pre.T));
+  const IntervalPull<Scalar> pull(belief.X.first, d, pre.T, dynamics.gravity);
+  belief.X.first = advance_interval(belief.X.first, d, pre.T, pull);
+  return pull;
+}
 
 }  // namespace liealign

@@ -6,7 +6,6 @@
 #pragma once
 
 #include "liealign/estimate/intervals.hpp"
-#include "liealign/estimate/lie_model.hpp"
 
 namespace liealign {
 

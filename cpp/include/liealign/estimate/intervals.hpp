@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "liealign/estimate/forward.hpp"
+#include "liealign/estimate/filter_steps.hpp"
 
 namespace liealign {
 
@@ -111,20 +111,8 @@ struct ByRescaledIntervals {
     return as.next < as.series.intervals.size() && as.series.intervals[as.next].end_s <= t_target;
   }
 
-  Preintegrated<double> take() {
-    const Interval& interval = as.series.intervals[as.next++];
-    Preintegrated<double> pre = interval.pre;
-    if (interval.bridges_gap) {
-      ImuCursor at = cursor_at(imu, as.t_s);
-      const auto nothing_inside = [](std::size_t, const Preintegrated<double>&) {};
-      pre = preintegrate_to(interval.end_s, imu, as.series.b_0, noise, at, nothing_inside);
-    } else {
-      const WhiteDensity was = white_density(as.series.noise, 0.0), is = white_density(noise, 0.0);
-      pre.rescale_noise(is.gyro / was.gyro, is.accel / was.accel);
-    }
-    as.t_s = interval.end_s;
-    return pre;
-  }
+  // The next interval.
+  Preintegrated<double> take();
 
   template <typename Model, typename Visitor>
   void move_to(double t_target, const Ekf<Model>& ekf, Belief<Model>& belief, Visitor&) {

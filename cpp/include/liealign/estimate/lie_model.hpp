@@ -107,7 +107,11 @@ struct LieModel {
  private:
   static ResetBlocks<Scalar> reset_blocks(const Tangent& eps) {
     const Vector<Scalar, 9> nav = eps.template head<9>();
-    return tail == 0 ? group_reset(nav) : straight_reset(nav);
+    if constexpr (tail == 0) {
+      return group_reset(nav);
+    } else {
+      return straight_reset(nav);
+    }
   }
 };
 

@@ -62,69 +62,10 @@ struct Preintegrated {
 
   // One sample: constant rate and force over u.dt, without the biases; variance_g [rad^2], variance_a [(m/s)^2] are those
   // of its rotation and velocity increments.
-  void append(const ImuInput<Scalar>& u, double variance_a, double variance_g) {
-    const Scalar dt(u.dt), half(0.5);
-    const Vector3<Scalar> phi = u.omega_ib_b * dt;
-    const ExpCoefficients<Scalar> a = exp_coefficients<Scalar>(phi.squaredNorm());
-    const Matrix3<Scalar> E = dt * (dC * gamma<1>(phi, a));  // int C over the sample
-    const Vector3<Scalar> step_v = E * u.f_ib_b;
-    const Vector3<Scalar> step_p = dt * (dt * (dC * (gamma<2>(phi, a) * u.f_ib_b)) + dv);
-    // What an error of the rate over the sample makes of nu and rho by its end: the means of dv_s and of dp_s + (dt - s) dv_s.
-    const Vector3<Scalar> v = dv + half * step_v;
-    const Vector3<Scalar> r = dp + step_p - (dt / Scalar(6)) * step_v;
-    const Scalar s = T + half * dt;
-    T += dt;
-    const Vector3<Scalar> q = r - T * v;
-
-    C_1 += E;
-    C_s += s * E;
-    C_v += detail::cross_rows(v, E);
-    C_q += detail::cross_rows(q, E);
-    const Scalar variance(variance_g), force(variance_a);
-    const Vector3<Scalar> weighted_v = variance * v, weighted_q = variance * q;
-    g += variance;
-    g_v += weighted_v;
-    g_q += weighted_q;
-    g_vv += weighted_v * v.transpose();
-    g_vq += weighted_v * q.transpose();
-    g_qq += weighted_q * q.transpose();
-    f += force;
-    f_s += force * s;
-    f_ss += force * s * s;
-
-    dp += step_p;
-    dv += step_v;
-    dC += detail::cross_columns(E, u.omega_ib_b);  // C Gamma_0 = C + C Gamma_1 hat(phi)
-  }
+  void append(const ImuInput<Scalar>& u, double variance_a, double variance_g);
 
   // (Eq. 65): the interval that follows, gathered from its own start with the same biases.
-  void append(const Preintegrated& next) {
-    const Matrix3<Scalar> E = dC * next.C_1, Ev = dC * next.C_v;
-    const Vector3<Scalar> q = dp - T * dv;
-    // Sums along the second of the parts of v and q that its own motion adds to those at its start.
-    const Vector3<Scalar> w_v = dC * next.g_v, w_q = dC * (next.g_q - T * next.g_v);
-    const Matrix3<Scalar> vq = next.g_vq - T * next.g_vv;
-    const Matrix3<Scalar> qq = next.g_qq - T * (next.g_vq.transpose() + vq);
-
-    C_v += detail::cross_rows(dv, E) + Ev;
-    C_q += detail::cross_rows(q, E) - T * Ev + dC * next.C_q;
-    C_s += T * E + dC * next.C_s;
-    C_1 += E;
-    g_vv += (next.g * dv + w_v) * dv.transpose() + dv * w_v.transpose() + dC * next.g_vv * dC.transpose();
-    g_vq += (next.g * dv + w_v) * q.transpose() + dv * w_q.transpose() + dC * vq * dC.transpose();
-    g_qq += (next.g * q + w_q) * q.transpose() + q * w_q.transpose() + dC * qq * dC.transpose();
-    g_v += next.g * dv + w_v;
-    g_q += next.g * q + w_q;
-    g += next.g;
-    f_ss += next.f_ss + T * (Scalar(2) * next.f_s + T * next.f);
-    f_s += next.f_s + T * next.f;
-    f += next.f;
-
-    dp += next.T * dv + dC * next.dp;
-    dv += dC * next.dv;
-    dC *= next.dC;
-    T += next.T;
-  }
+  void append(const Preintegrated& next);
 
   // For white noises whose variances are `gyro` and `accel` times those of the samples.
   void rescale_noise(double gyro, double accel) {
@@ -167,6 +108,75 @@ struct Preintegrated {
     number(f_ss, its.f_ss);
   }
 };
+
+template <typename Scalar>
+void Preintegrated<Scalar>::append(const ImuInput<Scalar>& u, double variance_a, double variance_g) {
+  const Scalar dt(u.dt), half(0.5);
+  const Vector3<Scalar> phi = u.omega_ib_b * dt;
+  const ExpCoefficients<Scalar> a = exp_coefficients<Scalar>(phi.squaredNorm());
+  const Matrix3<Scalar> E = dt * (dC * gamma<1>(phi, a));  // int C over the sample
+  const Vector3<Scalar> step_v = E * u.f_ib_b;
+  const Vector3<Scalar> step_p = dt * (dt * (dC * (gamma<2>(phi, a) * u.f_ib_b)) + dv);
+  // What an error of the rate over the sample makes of nu and rho by its end: the means of dv_s and of dp_s + (dt - s) dv_s.
+  const Vector3<Scalar> v = dv + half * step_v;
+  const Vector3<Scalar> r = dp + step_p - (dt / Scalar(6)) * step_v;
+  const Scalar s = T + half * dt;
+  T += dt;
+  const Vector3<Scalar> q = r - T * v;
+
+  C_1 += E;
+  C_s += s * E;
+  C_v += detail::cross_rows(v, E);
+  C_q += detail::cross_rows(q, E);
+  const Scalar variance(variance_g), force(variance_a);
+  const Vector3<Scalar> weighted_v = variance * v, weighted_q = variance * q;
+  g += variance;
+  g_v += weighted_v;
+  g_q += weighted_q;
+  g_vv += weighted_v * v.transpose();
+  g_vq += weighted_v * q.transpose();
+  g_qq += weighted_q * q.transpose();
+  f += force;
+  f_s += force * s;
+  f_ss += force * s * s;
+
+  dp += step_p;
+  dv += step_v;
+  dC += detail::cross_columns(E, u.omega_ib_b);  // C Gamma_0 = C + C Gamma_1 hat(phi)
+}
+
+template <typename Scalar>
+void Preintegrated<Scalar>::append(const Preintegrated& next) {
+  const Matrix3<Scalar> E = dC * next.C_1, Ev = dC * next.C_v;
+  const Vector3<Scalar> q = dp - T * dv;
+  // Sums along the second of the parts of v and q that its own motion adds to those at its start.
+  const Vector3<Scalar> w_v = dC * next.g_v, w_q = dC * (next.g_q - T * next.g_v);
+  const Matrix3<Scalar> vq = next.g_vq - T * next.g_vv;
+  const Matrix3<Scalar> qq = next.g_qq - T * (next.g_vq.transpose() + vq);
+
+  C_v += detail::cross_rows(dv, E) + Ev;
+  C_q += detail::cross_rows(q, E) - T * Ev + dC * next.C_q;
+  C_s += T * E + dC * next.C_s;
+  C_1 += E;
+  g_vv += (next.g * dv + w_v) * dv.transpose() + dv * w_v.transpose() + dC * next.g_vv * dC.transpose();
+  g_vq += (next.g * dv + w_v) * q.transpose() + dv * w_q.transpose() + dC * vq * dC.transpose();
+  g_qq += (next.g * q + w_q) * q.transpose() + q * w_q.transpose() + dC * qq * dC.transpose();
+  g_v += next.g * dv + w_v;
+  g_q += next.g * q + w_q;
+  g += next.g;
+  f_ss += next.f_ss + T * (Scalar(2) * next.f_s + T * next.f);
+  f_s += next.f_s + T * next.f;
+  f += next.f;
+
+  dp += next.T * dv + dC * next.dp;
+  dv += dC * next.dv;
+  dC *= next.dC;
+  T += next.T;
+}
+
+// In preintegration.cpp.
+extern template void Preintegrated<double>::append(const ImuInput<double>&, double, double);
+extern template void Preintegrated<double>::append(const Preintegrated&);
 
 // The increments (dC, dv, dp) for the biases b_0 + delta_b (accelerometer first), b_0 those that the samples were corrected
 // by: X(b) = X(b_0) exp(B delta_b), first order in delta_b.

@@ -1,14 +1,14 @@
-// Instantiated by sample_smoother_*.cpp, one model each.
+// Filter and smoother sample by sample.
 // SPDX-License-Identifier: Apache-2.0
-#pragma once
+#include "liealign/estimate/sample_smoother.hpp"
 
 #include <optional>
 #include <utility>
 
-#include "liealign/estimate/sample_smoother.hpp"
+#include "liealign/estimate/filter_steps.hpp"
 
 namespace liealign {
-namespace detail {
+namespace {
 
 // Keeps what the smoother needs; an epoch waits for the updates that may come at its time.
 template <typename Model>
@@ -41,13 +41,13 @@ struct SampleRecorder : SilentVisitor<Model> {
   }
 };
 
-}  // namespace detail
+}  // namespace
 
 template <typename Model>
 std::vector<Checkpoint<Model>> filter_samples(const FlightData& data, const FilterOptions& options,
                                               const Belief<Model>& belief, const ImuCursor& start,
                                               const SampleFilterSink<Model>& sink) {
-  detail::SampleRecorder<Model> recorder(data, sink);
+  SampleRecorder<Model> recorder(data, sink);
   recorder.checkpoints.push_back({belief, start, {}});
   if (data.imu()[start.k - 1].t_s == start.t_s && sink.wanted(start.k - 1)) recorder.held = {start.k - 1, belief};
   Belief<Model> moving = belief;
@@ -67,5 +67,16 @@ void smooth_samples(const FlightData& data, const FilterOptions& options,
       },
       progress);
 }
+
+#define LIEALIGN_INSTANTIATE(Model)                                                                            \
+  template std::vector<Checkpoint<Model>> filter_samples(const FlightData&, const FilterOptions&,              \
+                                                         const Belief<Model>&, const ImuCursor&,               \
+                                                         const SampleFilterSink<Model>&);                      \
+  template void smooth_samples(const FlightData&, const FilterOptions&, const std::vector<Checkpoint<Model>>&, \
+                               const SampleSmootherSink<Model>&, const Progress&);
+LIEALIGN_INSTANTIATE(LieModel<double>)
+LIEALIGN_INSTANTIATE(MekfModel)
+LIEALIGN_INSTANTIATE(EulerModel)
+#undef LIEALIGN_INSTANTIATE
 
 }  // namespace liealign
