@@ -67,7 +67,7 @@ demo: $(INSTALLED)
 # built for any machine, as the wheel is.
 test: format sanitized tidy $(TEST_INSTALLED)
 	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_TESTS=ON -DLIEALIGN_POST=ON \
-	  -DLIEALIGN_NATIVE=OFF -DLIEALIGN_WERROR=$(WERROR)
+	  -DLIEALIGN_NATIVE=OFF -DLIEALIGN_UNITY=ON -DLIEALIGN_WERROR=$(WERROR)
 	cmake --build $(RELEASE) --parallel $(JOBS)
 	ctest --test-dir $(RELEASE) --output-on-failure --parallel $(JOBS)
 	$(BIN)/ruff check
