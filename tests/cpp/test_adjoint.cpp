@@ -16,40 +16,41 @@ namespace {
 using testing::normal3;
 using testing::random_state;
 
+// Of any size, so that the compiler sees the formulas once.
+using Cov = Eigen::MatrixXd;
+
 template <int tail>
 struct AnyTail {
   using Model = LieModel<double, tail>;
-  using Cov = typename Model::Covariance;
   using Tangent = typename Model::Tangent;
   static constexpr int kSize = tail;
 };
 template <typename Case>
 class AdjointLaws : public ::testing::Test {};
-using Tails = ::testing::Types<AnyTail<kNoTail>, AnyTail<kShortTail>, AnyTail<kLongTail>>;
+using Tails = ::testing::Types<AnyTail<kNoTail>, AnyTail<kLongTail>>;
 TYPED_TEST_SUITE(AdjointLaws, Tails);
 
 // Errors so small that the group is linear: what is left of the second order is some 1e-6 of a sigma.
 constexpr double kSmall = 1e-3;
 
 // Ratios of one: each component by its own sigma.
-template <typename Cov>
 double relative(const Cov& difference, const Cov& P) {
-  const auto s = P.diagonal().cwiseSqrt().cwiseInverse().eval();
+  const Eigen::VectorXd s = P.diagonal().cwiseSqrt().cwiseInverse();
   return Cov(s.asDiagonal() * difference * s.asDiagonal()).cwiseAbs().maxCoeff();
 }
 
 // P^-1, by its correlations.
-template <typename Cov>
 Cov inverse(const Cov& P) {
-  const auto s = P.diagonal().cwiseSqrt().cwiseInverse().eval();
+  const Eigen::VectorXd s = P.diagonal().cwiseSqrt().cwiseInverse();
   return s.asDiagonal() * Cov(Cov(s.asDiagonal() * P * s.asDiagonal()).inverse()) * s.asDiagonal();
 }
+
+Cov identity(Eigen::Index n) { return Cov::Identity(n, n); }
 
 // A belief, an observation of it, and what the future says after the update: a smoothed belief beside it.
 template <typename Case>
 struct Scene {
   using Model = typename Case::Model;
-  using Cov = typename Case::Cov;
   using Tangent = typename Case::Tangent;
   std::mt19937 rng{3};
   FilterOptions options;
@@ -61,11 +62,12 @@ struct Scene {
 
   Scene() {
     before.X.first = random_state(rng).first;
-    const Cov A = Cov::NullaryExpr([&] { return normal3(rng).x(); });
+    const Cov A = Cov::NullaryExpr(Model::Dim, Model::Dim, [&] { return normal3(rng).x(); });
     Tangent sigma = Tangent::Constant(0.1);
     sigma.template head<15>() << 0.01, 0.01, 0.02, 0.1, 0.1, 0.1, 0.5, 0.4, 0.5, 0.01, 0.01, 0.01, 1e-3, 1e-3, 1e-3;
     sigma *= kSmall;
-    before.P = sigma.asDiagonal() * Cov(A * A.transpose() / Model::Dim + 0.3 * Cov::Identity()) * sigma.asDiagonal();
+    before.P =
+        sigma.asDiagonal() * Cov(A * A.transpose() / Model::Dim + 0.3 * identity(Model::Dim)) * sigma.asDiagonal();
     o.kind = &kGnssPosition;
     o.t_s = 7.0;
     o.R = kSmall * kSmall * Vector3d(0.04, 0.05, 0.09).asDiagonal();
@@ -110,12 +112,12 @@ void expect_smoothed_is_the_same_before(Scene<Case>& s, double tolerance) {
   Belief<Model> smoothed;
   Adjoint<Model> adjoint = s.future(smoothed);
   const Belief<Model> at_end = adjoint.smoothed(s.after, s.options.covariance_reset);
-  EXPECT_LT(relative<typename Case::Cov>(at_end.P - smoothed.P, smoothed.P), tolerance);
+  EXPECT_LT(relative(at_end.P - smoothed.P, smoothed.P), tolerance);
   adjoint.back_through(s.changes, s.options.covariance_reset);
   const Belief<Model> back = adjoint.smoothed(s.before, s.options.covariance_reset);
   const typename Case::Tangent sigma = smoothed.P.diagonal().cwiseSqrt();
   EXPECT_LT(Model::local(smoothed.X, back.X).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), tolerance);
-  EXPECT_LT(relative<typename Case::Cov>(back.P - smoothed.P, smoothed.P), tolerance);
+  EXPECT_LT(relative(back.P - smoothed.P, smoothed.P), tolerance);
 }
 
 // An ECEF position carries 1e-9 m against sigmas of 1e-4 m; the group is linear to kSmall of a sigma.
@@ -137,7 +139,6 @@ TYPED_TEST(AdjointLaws, goes_back_through_an_update_and_a_weighted_one) {
 
 // The covariances alone are linear: to rounding, whatever the weight.
 TYPED_TEST(AdjointLaws, of_a_weight_is_that_of_the_gain_that_was_applied) {
-  using Cov = typename TypeParam::Cov;
   Scene<TypeParam> s;
   s.options.covariance_reset = false;
   s.options.gate = {Outliers::weight, 16.27};
@@ -146,18 +147,17 @@ TYPED_TEST(AdjointLaws, of_a_weight_is_that_of_the_gain_that_was_applied) {
   ASSERT_LT(c.weight, 0.9);
   Belief<typename TypeParam::Model> smoothed;
   Adjoint<typename TypeParam::Model> adjoint = s.future(smoothed);
-  const Cov A = Cov::Identity() - c.weight * c.K * c.Ht.transpose();
-  EXPECT_LT(
-      relative<Cov>(s.after.P - A * s.before.P * A.transpose() - c.weight * c.weight * c.K * s.o.R * c.K.transpose(),
-                    s.after.P),
-      1e-9);
+  const Cov A = identity(TypeParam::Model::Dim) - c.weight * c.K * c.Ht.transpose();
+  EXPECT_LT(relative(s.after.P - A * s.before.P * A.transpose() - c.weight * c.weight * c.K * s.o.R * c.K.transpose(),
+                     s.after.P),
+            1e-9);
   const double gain = c.weight * (2.0 - c.weight);
-  const Cov B = Cov::Identity() - gain * c.K * c.Ht.transpose();
+  const Cov B = identity(TypeParam::Model::Dim) - gain * c.K * c.Ht.transpose();
   const Cov expected = B.transpose() * adjoint.Lambda * B + gain * c.Ht * c.S_inverse * c.Ht.transpose();
   const typename TypeParam::Tangent lambda = B.transpose() * adjoint.lambda + c.weight * c.Ht * c.S_inverse_z;
   adjoint.back_through(c, false);
   const Cov P = s.before.P;
-  EXPECT_LT(relative<Cov>(P * (adjoint.Lambda - expected) * P, P), 1e-9);
+  EXPECT_LT(relative(P * (adjoint.Lambda - expected) * P, P), 1e-9);
   EXPECT_LT((P * (adjoint.lambda - lambda)).cwiseQuotient(P.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff(), 1e-9);
 }
 
@@ -178,7 +178,6 @@ TYPED_TEST(AdjointLaws, of_a_rejected_update_changes_nothing) {
 // A re-acquisition is noise D that comes to the state before its fix: RTS over x' = x + d, then the update.
 TYPED_TEST(AdjointLaws, of_a_reacquisition_is_rts_over_the_noise_that_it_adds) {
   using Model = typename TypeParam::Model;
-  using Cov = typename TypeParam::Cov;
   using Tangent = typename TypeParam::Tangent;
   Scene<TypeParam> s;
   s.options.gate = {Outliers::reject, 16.27};
@@ -187,9 +186,9 @@ TYPED_TEST(AdjointLaws, of_a_reacquisition_is_rts_over_the_noise_that_it_adds) {
   s.observe(6.0);
   ASSERT_EQ(s.innovation.verdict, Verdict::reacquired);
   const double z2 = s.innovation.z.squaredNorm();
-  Cov D = Cov::Zero();
-  D.diagonal().template segment<3>(kRho).setConstant(z2);
-  D.diagonal().template segment<3>(kNu).setConstant(z2 / 25.0);
+  Cov D = Cov::Zero(Model::Dim, Model::Dim);
+  D.diagonal().segment<3>(kRho).setConstant(z2);
+  D.diagonal().segment<3>(kNu).setConstant(z2 / 25.0);
   const Cov P = s.before.P, P_next = P + D;
   Belief<Model> smoothed;
   Adjoint<Model> adjoint = s.future(smoothed);
@@ -203,11 +202,10 @@ TYPED_TEST(AdjointLaws, of_a_reacquisition_is_rts_over_the_noise_that_it_adds) {
       J_1 * Cov(P + G * (J_0 * smoothed.P * J_0.transpose() - P_next) * G.transpose()) * J_1.transpose();
   const Tangent sigma = expected.diagonal().cwiseSqrt();
   EXPECT_LT((Model::local(s.before.X, back.X) - x).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), kTolerance);
-  EXPECT_LT(relative<Cov>(back.P - expected, expected), kTolerance);
+  EXPECT_LT(relative(back.P - expected, expected), kTolerance);
 }
 
 TYPED_TEST(AdjointLaws, goes_back_over_a_transition_as_rts_does) {
-  using Cov = typename TypeParam::Cov;
   using Tangent = typename TypeParam::Tangent;
   constexpr int tail = TypeParam::kSize;
   Scene<TypeParam> s;
@@ -220,9 +218,9 @@ TYPED_TEST(AdjointLaws, goes_back_over_a_transition_as_rts_does) {
   t.F = SquareMatrix<double, 9>::Identity() +
         0.1 * SquareMatrix<double, 9>::NullaryExpr([&] { return normal3(s.rng).x(); });
   t.B = Eigen::Matrix<double, 9, 6>::NullaryExpr([&] { return 0.3 * normal3(s.rng).x(); });
-  Cov F = Cov::Identity();
-  F.template topLeftCorner<9, 9>() = t.F;
-  F.template block<9, 6>(0, 9) = t.B;
+  Cov F = identity(TypeParam::Model::Dim);
+  F.topLeftCorner<9, 9>() = t.F;
+  F.block<9, 6>(0, 9) = t.B;
   for (int i = 0; i < tail; ++i) {
     F(kTail + i, kTail + i) = step.keep[static_cast<std::size_t>(i)];
     const int driver = TailStep::driver(i);
@@ -238,7 +236,7 @@ TYPED_TEST(AdjointLaws, goes_back_over_a_transition_as_rts_does) {
   const Cov P_s = smoothed.P;
   adjoint.back_over(t, step);
   const Cov G = P * F.transpose() * inverse(P_next), expected = P + G * (P_s - P_next) * G.transpose();
-  EXPECT_LT(relative<Cov>(P - P * adjoint.Lambda * P - expected, expected), 1e-8);
+  EXPECT_LT(relative(P - P * adjoint.Lambda * P - expected, expected), 1e-8);
   const Tangent sigma = expected.diagonal().cwiseSqrt();
   EXPECT_LT((P * adjoint.lambda - G * z_s).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-8);
 }

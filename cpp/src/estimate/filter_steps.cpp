@@ -7,6 +7,7 @@ namespace liealign {
 LIEALIGN_FILTER_STEPS(, LieModel<double, kNoTail>)
 LIEALIGN_FILTER_STEPS(, LieModel<double, kShortTail>)
 LIEALIGN_FILTER_STEPS(, LieModel<double, kLongTail>)
-template NavTransition<double> Ekf<LieModel<double>>::predict(Belief<LieModel<double>>&, const ImuSample&, double) const;
+template NavTransition<double> Ekf<LieModel<double>>::predict(Belief<LieModel<double>>&, const ImuSample&,
+                                                              double) const;
 
 }  // namespace liealign

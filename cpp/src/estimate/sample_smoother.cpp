@@ -68,15 +68,20 @@ void smooth_samples(const FlightData& data, const FilterOptions& options,
       progress);
 }
 
-#define LIEALIGN_INSTANTIATE(Model)                                                                            \
-  template std::vector<Checkpoint<Model>> filter_samples(const FlightData&, const FilterOptions&,              \
-                                                         const Belief<Model>&, const ImuCursor&,               \
-                                                         const SampleFilterSink<Model>&);                      \
-  template void smooth_samples(const FlightData&, const FilterOptions&, const std::vector<Checkpoint<Model>>&, \
-                               const SampleSmootherSink<Model>&, const Progress&);
-LIEALIGN_INSTANTIATE(LieModel<double>)
-LIEALIGN_INSTANTIATE(MekfModel)
-LIEALIGN_INSTANTIATE(EulerModel)
-#undef LIEALIGN_INSTANTIATE
+template std::vector<Checkpoint<LieModel<double>>> filter_samples(const FlightData&, const FilterOptions&,
+                                                                  const Belief<LieModel<double>>&, const ImuCursor&,
+                                                                  const SampleFilterSink<LieModel<double>>&);
+template void smooth_samples(const FlightData&, const FilterOptions&, const std::vector<Checkpoint<LieModel<double>>>&,
+                             const SampleSmootherSink<LieModel<double>>&, const Progress&);
+template std::vector<Checkpoint<MekfModel>> filter_samples(const FlightData&, const FilterOptions&,
+                                                           const Belief<MekfModel>&, const ImuCursor&,
+                                                           const SampleFilterSink<MekfModel>&);
+template void smooth_samples(const FlightData&, const FilterOptions&, const std::vector<Checkpoint<MekfModel>>&,
+                             const SampleSmootherSink<MekfModel>&, const Progress&);
+template std::vector<Checkpoint<EulerModel>> filter_samples(const FlightData&, const FilterOptions&,
+                                                            const Belief<EulerModel>&, const ImuCursor&,
+                                                            const SampleFilterSink<EulerModel>&);
+template void smooth_samples(const FlightData&, const FilterOptions&, const std::vector<Checkpoint<EulerModel>>&,
+                             const SampleSmootherSink<EulerModel>&, const Progress&);
 
 }  // namespace liealign

@@ -112,9 +112,9 @@ struct Adjoint {
     for (int i = 0; i < Model::kTailDim; ++i)
       out.row(kTail + i) = Scalar(tail.keep[static_cast<std::size_t>(i)]) * M.row(kTail + i);
     for (int i = 0; i < Model::kTailDim; ++i) {
-      const int driver = TailStep::driver(i);
-      if (driver >= 0 && driver < Model::kTailDim)
-        out.row(kTail + driver) += Scalar(tail.from_driver[static_cast<std::size_t>(i)]) * M.row(kTail + i);
+      if (TailStep::is_driven(i, Model::kTailDim))
+        out.row(kTail + TailStep::driver(i)) +=
+            Scalar(tail.from_driver[static_cast<std::size_t>(i)]) * M.row(kTail + i);
     }
     return out;
   }

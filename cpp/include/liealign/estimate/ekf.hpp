@@ -89,14 +89,13 @@ struct Ekf {
   static void predict_tail(Belief<Model>& belief, const TailStep& step) {
     auto& x = belief.X.second.x;
     Covariance& P = belief.P;
-    const auto is_driven = [](int i) { return TailStep::driver(i) >= 0 && TailStep::driver(i) < Model::kTailDim; };
     for (int i = 0; i < Model::kTailDim; ++i) {
       const auto at = static_cast<std::size_t>(i);
       const int row = kTail + i;
       x[kBias + i] *= step.keep[at];
       P.row(row) *= step.keep[at];
       P.col(row) *= step.keep[at];
-      if (!is_driven(i)) continue;
+      if (!TailStep::is_driven(i, Model::kTailDim)) continue;
       // The drivers come later in the tail, so that they are still as they were.
       const int driver = TailStep::driver(i);
       const double by = step.from_driver[at];
@@ -108,7 +107,7 @@ struct Ekf {
       const auto at = static_cast<std::size_t>(i);
       const int row = kTail + i;
       P(row, row) += step.noise[at];
-      if (!is_driven(i)) continue;
+      if (!TailStep::is_driven(i, Model::kTailDim)) continue;
       const int j = kTail + TailStep::driver(i);
       P(row, j) += step.with_driver[at];
       P(j, row) = P(row, j);

@@ -6,7 +6,8 @@
 #include "liealign/estimate/forward.hpp"
 #include "liealign/estimate/lie_model.hpp"
 
-// The model is what follows the keyword, which is `extern` or nothing.
+// The model is what follows the keyword, which is `extern` or nothing. No function instantiates by name.
+// NOLINTNEXTLINE(cppcoreguidelines-macro-usage)
 #define LIEALIGN_FILTER_STEPS(keyword, ...)                                                                            \
   keyword template Innovation<__VA_ARGS__::Scalar> update(const Observation&, const Ekf<__VA_ARGS__>&,                 \
                                                           const FilterOptions&, const ImuReading&, ObservationMemory&, \

@@ -35,6 +35,8 @@ struct TailStep {
   std::array<double, kLongTail> keep, from_driver, noise, with_driver;
   // The component that drives c; none drives another.
   static constexpr int driver(int i) { return i < 3 ? kTailU + i : -1; }
+  // Whether it is in a tail of so many components.
+  static constexpr bool is_driven(int i, int size) { return i < 3 && driver(i) < size; }
 };
 
 // What the tail is about: zero sigmas leave a block out.
