@@ -22,6 +22,7 @@ TEST_APT_PACKAGES := chromium clang clang-format clang-tidy
 
 BUILD := build
 RELEASE := $(BUILD)/release
+TESTED := $(BUILD)/tested
 SANITIZED := $(BUILD)/sanitized
 BENCH := $(BUILD)/bench
 TIDY := $(BUILD)/.tidy
@@ -63,17 +64,13 @@ help:
 demo: $(INSTALLED)
 	$(BIN)/liealign demo
 
-# pytest comes last, so that the output ends with its summary. The executable that it compares with the wheel, bit for bit, is
-# built for any machine, as the wheel is.
+# pytest comes last, so that the output ends with its summary.
 test: format sanitized tidy $(TEST_INSTALLED)
-	cmake -G Ninja -S . -B $(RELEASE) -DCMAKE_BUILD_TYPE=Release -DLIEALIGN_TESTS=ON -DLIEALIGN_POST=ON \
-	  -DLIEALIGN_NATIVE=OFF -DLIEALIGN_UNITY=ON -DLIEALIGN_WERROR=$(WERROR)
-	cmake --build $(RELEASE) --parallel $(JOBS)
-	ctest --test-dir $(RELEASE) --output-on-failure --parallel $(JOBS)
+	ctest --test-dir $(TESTED) --output-on-failure --parallel $(JOBS)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	$(BIN)/pytest
+	LIEALIGN_POST=$(abspath $(TESTED)/liealign-post) $(BIN)/pytest
 
 format: | $(TEST_TOOLS_READY)
 	clang-format --dry-run -Werror $(CPP_FILES)
@@ -234,7 +231,9 @@ $(INSTALLED): $(VENV_READY) $(WHEEL_SOURCES)
 	$(BIN)/python -m pip install --quiet --no-build-isolation .
 	@touch $@
 
-# The same with what the tests want, and compiled by the flags of the release build, which then finds its objects in the cache.
-$(TEST_INSTALLED): $(VENV_READY) $(WHEEL_SOURCES)
-	CMAKE_ARGS=-DLIEALIGN_WERROR=$(WERROR) $(BIN)/python -m pip install --quiet --no-build-isolation '.[test,dev]'
+# The same with what the tests want. One build makes the wheel, the C++ tests and the executable, so that nothing is compiled twice;
+# the executable is compared with the wheel, bit for bit.
+$(TEST_INSTALLED): $(VENV_READY) $(WHEEL_SOURCES) $(CPP_FILES) tests/cpp/CMakeLists.txt
+	CMAKE_ARGS='-DLIEALIGN_TESTS=ON -DLIEALIGN_POST=ON -DLIEALIGN_WERROR=$(WERROR)' $(BIN)/python -m pip install --quiet \
+	  --no-build-isolation --config-settings=build-dir=$(TESTED) '.[test,dev]'
 	@touch $@ $(INSTALLED)

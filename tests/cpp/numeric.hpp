@@ -29,6 +29,13 @@ inline NavState<double> random_state(std::mt19937& rng) {
   return X;
 }
 
+// Products one at a time, of any size: a chain of them is a template of its own, and long to compile.
+inline Eigen::MatrixXd times(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) { return A * B; }
+// A P A^T.
+inline Eigen::MatrixXd sandwich(const Eigen::MatrixXd& A, const Eigen::MatrixXd& P) {
+  return times(times(A, P), A.transpose());
+}
+
 // Central difference of a vector function of the state by the left error, through X exp(eps). Position steps are
 // larger: ECEF coordinates carry 1e-9 m of rounding.
 template <typename Function>

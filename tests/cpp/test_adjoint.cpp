@@ -5,8 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "liealign/estimate/forward.hpp"
-#include "liealign/estimate/lie_model.hpp"
+#include "liealign/estimate/filter_steps.hpp"
 #include "liealign/observe/kinds.hpp"
 #include "observations.hpp"
 
@@ -15,6 +14,8 @@ namespace {
 
 using testing::normal3;
 using testing::random_state;
+using testing::sandwich;
+using testing::times;
 
 // Of any size, so that the compiler sees the formulas once.
 using Cov = Eigen::MatrixXd;
@@ -33,16 +34,17 @@ TYPED_TEST_SUITE(AdjointLaws, Tails);
 // Errors so small that the group is linear: what is left of the second order is some 1e-6 of a sigma.
 constexpr double kSmall = 1e-3;
 
+Cov scaled(const Cov& M, const Eigen::VectorXd& s) { return M.cwiseProduct(times(s, s.transpose())); }
+
 // Ratios of one: each component by its own sigma.
 double relative(const Cov& difference, const Cov& P) {
-  const Eigen::VectorXd s = P.diagonal().cwiseSqrt().cwiseInverse();
-  return Cov(s.asDiagonal() * difference * s.asDiagonal()).cwiseAbs().maxCoeff();
+  return scaled(difference, P.diagonal().cwiseSqrt().cwiseInverse()).cwiseAbs().maxCoeff();
 }
 
 // P^-1, by its correlations.
 Cov inverse(const Cov& P) {
   const Eigen::VectorXd s = P.diagonal().cwiseSqrt().cwiseInverse();
-  return s.asDiagonal() * Cov(Cov(s.asDiagonal() * P * s.asDiagonal()).inverse()) * s.asDiagonal();
+  return scaled(scaled(P, s).inverse(), s);
 }
 
 Cov identity(Eigen::Index n) { return Cov::Identity(n, n); }
@@ -66,8 +68,7 @@ struct Scene {
     Tangent sigma = Tangent::Constant(0.1);
     sigma.template head<15>() << 0.01, 0.01, 0.02, 0.1, 0.1, 0.1, 0.5, 0.4, 0.5, 0.01, 0.01, 0.01, 1e-3, 1e-3, 1e-3;
     sigma *= kSmall;
-    before.P =
-        sigma.asDiagonal() * Cov(A * A.transpose() / Model::Dim + 0.3 * identity(Model::Dim)) * sigma.asDiagonal();
+    before.P = scaled(times(A, A.transpose()) / Model::Dim + 0.3 * identity(Model::Dim), sigma);
     o.kind = &kGnssPosition;
     o.t_s = 7.0;
     o.R = kSmall * kSmall * Vector3d(0.04, 0.05, 0.09).asDiagonal();
@@ -81,8 +82,8 @@ struct Scene {
     typename Ekf<Model>::Tall Ht;
     o.y.setZero();
     const Sighting<double> seen = sight(o, options, ImuReading{Vector3d::Zero(), Vector3d::Zero()}, true, before, Ht);
-    const Matrix3d S = Ht.transpose() * before.P * Ht + seen.R;
-    o.y = -seen.z + sigmas * S.diagonal().cwiseSqrt();
+    const Matrix3d S = sandwich(Ht.transpose(), before.P);
+    o.y = -seen.z + sigmas * Matrix3d(S + seen.R).diagonal().cwiseSqrt();
     changes.clear();
     const Ekf<Model> ekf{options.dynamics, options.covariance_reset, options.tail};
     innovation = update(o, ekf, options, {Vector3d::Zero(), Vector3d::Zero()}, memory, after, &changes);
@@ -95,12 +96,11 @@ struct Scene {
     Cov P_s = inverse(Cov(1.7 * information + Cov(after.P.diagonal().cwiseInverse().asDiagonal())));
     smoothed = {Model::retract(after.X, z), P_s};
     if (options.covariance_reset) {
-      const Cov J = Model::right_jacobian(z);
-      smoothed.P = J * P_s * J.transpose();
+      smoothed.P = sandwich(Model::right_jacobian(z), P_s);
     }
     Adjoint<Model> adjoint;
     adjoint.lambda = information * z;
-    adjoint.Lambda = information * (after.P - P_s) * information;
+    adjoint.Lambda = sandwich(information, after.P - P_s);
     return adjoint;
   }
 };
@@ -147,18 +147,18 @@ TYPED_TEST(AdjointLaws, of_a_weight_is_that_of_the_gain_that_was_applied) {
   ASSERT_LT(c.weight, 0.9);
   Belief<typename TypeParam::Model> smoothed;
   Adjoint<typename TypeParam::Model> adjoint = s.future(smoothed);
-  const Cov A = identity(TypeParam::Model::Dim) - c.weight * c.K * c.Ht.transpose();
-  EXPECT_LT(relative(s.after.P - A * s.before.P * A.transpose() - c.weight * c.weight * c.K * s.o.R * c.K.transpose(),
+  const Cov one = identity(TypeParam::Model::Dim), KH = times(c.K, c.Ht.transpose());
+  EXPECT_LT(relative(s.after.P - sandwich(one - c.weight * KH, s.before.P) - c.weight * c.weight * sandwich(c.K, s.o.R),
                      s.after.P),
             1e-9);
   const double gain = c.weight * (2.0 - c.weight);
-  const Cov B = identity(TypeParam::Model::Dim) - gain * c.K * c.Ht.transpose();
-  const Cov expected = B.transpose() * adjoint.Lambda * B + gain * c.Ht * c.S_inverse * c.Ht.transpose();
-  const typename TypeParam::Tangent lambda = B.transpose() * adjoint.lambda + c.weight * c.Ht * c.S_inverse_z;
+  const Cov Bt = (one - gain * KH).transpose();
+  const Cov expected = sandwich(Bt, adjoint.Lambda) + gain * sandwich(c.Ht, c.S_inverse);
+  const typename TypeParam::Tangent lambda = times(Bt, adjoint.lambda) + c.weight * times(c.Ht, c.S_inverse_z);
   adjoint.back_through(c, false);
   const Cov P = s.before.P;
-  EXPECT_LT(relative(P * (adjoint.Lambda - expected) * P, P), 1e-9);
-  EXPECT_LT((P * (adjoint.lambda - lambda)).cwiseQuotient(P.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT(relative(sandwich(P, adjoint.Lambda - expected), P), 1e-9);
+  EXPECT_LT(times(P, adjoint.lambda - lambda).cwiseQuotient(P.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff(), 1e-9);
 }
 
 TYPED_TEST(AdjointLaws, of_a_rejected_update_changes_nothing) {
@@ -195,11 +195,10 @@ TYPED_TEST(AdjointLaws, of_a_reacquisition_is_rts_over_the_noise_that_it_adds) {
   adjoint.back_through(s.changes, true);
   const Belief<Model> back = adjoint.smoothed(s.before, true);
   // RTS, in the tangent of the state before.
-  const Cov G = P * inverse(P_next);
-  const Tangent z_s = Model::local(s.before.X, smoothed.X), x = G * z_s;
-  const Cov J_0 = Model::right_jacobian(z_s).inverse(), J_1 = Model::right_jacobian(x);
-  const Cov expected =
-      J_1 * Cov(P + G * (J_0 * smoothed.P * J_0.transpose() - P_next) * G.transpose()) * J_1.transpose();
+  const Cov G = times(P, inverse(P_next));
+  const Tangent z_s = Model::local(s.before.X, smoothed.X), x = times(G, z_s);
+  const Cov J_0 = Cov(Model::right_jacobian(z_s)).inverse(), J_1 = Model::right_jacobian(x);
+  const Cov expected = sandwich(J_1, P + sandwich(G, sandwich(J_0, smoothed.P) - P_next));
   const Tangent sigma = expected.diagonal().cwiseSqrt();
   EXPECT_LT((Model::local(s.before.X, back.X) - x).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), kTolerance);
   EXPECT_LT(relative(back.P - expected, expected), kTolerance);
@@ -226,19 +225,19 @@ TYPED_TEST(AdjointLaws, goes_back_over_a_transition_as_rts_does) {
     const int driver = TailStep::driver(i);
     if (driver >= 0 && driver < tail) F(kTail + i, kTail + driver) = step.from_driver[static_cast<std::size_t>(i)];
   }
-  const Cov Q = 0.2 * s.before.P, P = s.before.P, P_next = F * P * F.transpose() + Q;
+  const Cov Q = 0.2 * s.before.P, P = s.before.P, P_next = sandwich(F, P) + Q;
   s.after.X = s.before.X;
   s.after.P = P_next;
   s.options.covariance_reset = false;
   Belief<typename TypeParam::Model> smoothed;
   Adjoint<typename TypeParam::Model> adjoint = s.future(smoothed);
-  const Tangent z_s = P_next * adjoint.lambda;
+  const Tangent z_s = times(P_next, adjoint.lambda);
   const Cov P_s = smoothed.P;
   adjoint.back_over(t, step);
-  const Cov G = P * F.transpose() * inverse(P_next), expected = P + G * (P_s - P_next) * G.transpose();
-  EXPECT_LT(relative(P - P * adjoint.Lambda * P - expected, expected), 1e-8);
+  const Cov G = times(times(P, F.transpose()), inverse(P_next)), expected = P + sandwich(G, P_s - P_next);
+  EXPECT_LT(relative(P - sandwich(P, adjoint.Lambda) - expected, expected), 1e-8);
   const Tangent sigma = expected.diagonal().cwiseSqrt();
-  EXPECT_LT((P * adjoint.lambda - G * z_s).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_LT((times(P, adjoint.lambda) - times(G, z_s)).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-8);
 }
 
 // What starts anew has no past: the future says nothing of what it was before.

@@ -11,6 +11,7 @@
 
 #include "flights.hpp"
 #include "liealign/earth/geodesy.hpp"
+#include "liealign/estimate/filter_steps.hpp"
 #include "liealign/estimate/smoother.hpp"
 #include "liealign/lie/gaussian.hpp"
 #include "liealign/pipeline/process.hpp"

@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "liealign/estimate/filter_steps.hpp"
 #include "liealign/estimate/score.hpp"
 #include "liealign/estimate/smoother.hpp"
 #include "liealign/estimate/solution.hpp"
@@ -72,7 +73,7 @@ TEST(Ekf, one_update_equals_linear_least_squares) {
     const Cov relative = s.cwiseInverse().asDiagonal() * (belief.P - P) * s.cwiseInverse().asDiagonal();
     EXPECT_LT(relative.cwiseAbs().maxCoeff(), 1e-3);  // the reset moves P by |eps|
     // negative log-likelihood: S and zeta by their definitions
-    const Matrix3d S = m.H * prior.P * m.H.transpose() + R;
+    const Matrix3d S = testing::sandwich(m.H, prior.P) + R;
     EXPECT_NEAR(innovation.nis, z.dot(S.inverse() * z), 1e-9);
     EXPECT_NEAR(innovation.half_log_det_S, 0.5 * std::log(S.determinant()), 1e-9);
   }
@@ -91,7 +92,7 @@ TEST(Ekf, prediction_equals_the_full_matrix_product) {
     F.topRightCorner<9, 6>() = t.B;
     Q.topLeftCorner<9, 9>() = t.B * input_variance(ekf.dynamics.noise, dt).asDiagonal() * t.B.transpose();
     Q.diagonal().tail<6>() += bias_variance(ekf.dynamics.noise, dt);
-    const Cov expected = F * before.P * F.transpose() + Q;
+    const Cov expected = testing::sandwich(F, before.P) + Q;
     EXPECT_LT((belief.P - expected).cwiseAbs().maxCoeff(), 1e-14);
   }
 }
@@ -141,7 +142,7 @@ TEST(Ekf, the_reset_makes_the_covariance_that_of_the_updated_error) {
     sampled += e * e.transpose() / n;
   }
   const Cov J = Model::right_jacobian(eps);
-  const Cov reset = J * belief.P * J.transpose();
+  const Cov reset = testing::sandwich(J, belief.P);
   EXPECT_LT((reset - sampled).norm() / sampled.norm(), 0.02);
   EXPECT_GT((belief.P - sampled).norm() / sampled.norm(), 0.1);
 }
@@ -182,7 +183,7 @@ TEST(Gating, joseph_form_takes_the_applied_gain) {
   ekf.correct(belief, innovation, Ht, PHt, 0.3);
   const Eigen::Matrix<double, 15, 3> K = 0.3 * P * m.H.transpose() * innovation.S.inverse();
   const Cov A = Cov::Identity() - K * m.H;
-  EXPECT_LT((belief.P - (A * P * A.transpose() + K * R * K.transpose())).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((belief.P - (testing::sandwich(A, P) + testing::sandwich(K, R))).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_EQ(innovation.verdict, Verdict::weighted);
 }
 
@@ -368,7 +369,7 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
     H.block<3, 15>(3 * i, 15 * k) = m.H;
     z.segment<3>(3 * i) = c.data.fixes[static_cast<std::size_t>(i)].p_ea_e - m.h;
   }
-  const Eigen::MatrixXd S = H * P * H.transpose() + 1e-10 * Eigen::MatrixXd::Identity(12, 12);
+  const Eigen::MatrixXd S = testing::sandwich(H, P) + 1e-10 * Eigen::MatrixXd::Identity(12, 12);
   const Eigen::MatrixXd PHt = P * H.transpose();
   const Eigen::VectorXd eps = PHt * S.ldlt().solve(z);
   const Eigen::MatrixXd P_post = P - PHt * S.ldlt().solve(PHt.transpose());
@@ -395,7 +396,7 @@ TEST(Solution, output_sigmas_follow_the_left_error) {
   };
   Eigen::MatrixXd J = testing::derivative_by_left_error(X, angles, testing::default_steps());
   J.rightCols(9).setZero();  // attitude of the axes by position: not part of a standard deviation of attitude
-  const Vector3d expected = (J * belief.P * J.transpose()).diagonal().cwiseSqrt();
+  const Vector3d expected = testing::sandwich(J, belief.P).diagonal().cwiseSqrt();
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(row.std_rpy_rad[i] / expected[i], 1.0, 1e-4);
   const Matrix3d C_b_n = C_b_n_from_rpy({0.2, -0.3, 1.0});
   const auto sigma = [&](int block) -> Vector3d {

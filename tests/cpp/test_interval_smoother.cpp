@@ -60,7 +60,7 @@ struct Shaken {
   // What that future says at the end, (Eq. 54), and by (Eq. 32) at the start.
   Adjoint<Model> adjoint() const {
     const Vec15 z = Model::local(predicted.X, smoothed_end.X), s = predicted.P.diagonal().cwiseSqrt().cwiseInverse();
-    const Cov J_0 = Model::right_jacobian(z).inverse(), P_s = J_0 * smoothed_end.P * J_0.transpose();
+    const Cov J_0 = Model::right_jacobian(z).inverse(), P_s = testing::sandwich(J_0, smoothed_end.P);
     const Cov inverse =
         s.asDiagonal() * Cov(Cov(s.asDiagonal() * predicted.P * s.asDiagonal()).inverse()) * s.asDiagonal();
     Adjoint<Model> adjoint;
@@ -119,13 +119,13 @@ TEST(InsideInterval, equals_the_smoother_that_steps_from_sample_to_sample) {
   Cov P_0 = s.step.before.P;
   P_0.diagonal().tail<6>() += s.half_walk;
   std::vector<Cov> P(n + 1), F(n + 1), Q(n + 1);
-  P[0] = K * P_0 * K.transpose();
+  P[0] = testing::sandwich(K, P_0);
   Cov A_before = Cov::Identity(), Q_before = Cov::Zero();
   for (std::size_t k = 1; k <= n; ++k) {
     const Cov A = transition_to(s.at[k - 1]), Q_all = noise_to(s.at[k - 1]);
     F[k] = A * A_before.inverse();
-    Q[k] = Q_all - F[k] * Q_before * F[k].transpose();
-    P[k] = F[k] * P[k - 1] * F[k].transpose() + Q[k];
+    Q[k] = Q_all - testing::sandwich(F[k], Q_before);
+    P[k] = testing::sandwich(F[k], P[k - 1]) + Q[k];
     A_before = A;
     Q_before = Q_all;
   }
@@ -135,11 +135,11 @@ TEST(InsideInterval, equals_the_smoother_that_steps_from_sample_to_sample) {
       leave_matrix(SE23<double>{s.step.pre.dC, s.step.pre.dv, s.step.pre.dp}, s.step.pre.T, axes);
   Cov walk = Cov::Zero();
   walk.diagonal().tail<6>() = s.half_walk;
-  Cov P_next = L_end * P[n] * L_end.transpose() + walk;
+  Cov P_next = testing::sandwich(L_end, P[n]) + walk;
   EXPECT_LT((P_next - s.predicted.P).norm(), 1e-12 * P_next.norm());
   Vec15 x = Model::local(s.predicted.X, s.smoothed_end.X);
   const Cov J_0 = Model::right_jacobian(x).inverse();
-  Cov P_s = J_0 * s.smoothed_end.P * J_0.transpose(), step = L_end;
+  Cov P_s = testing::sandwich(J_0, s.smoothed_end.P), step = L_end;
   for (std::size_t k = n + 1; k-- > 1;) {
     const Cov G = P[k] * step.transpose() * P_next.inverse();
     P_s = P[k] + G * (P_s - P_next) * G.transpose();
@@ -150,7 +150,7 @@ TEST(InsideInterval, equals_the_smoother_that_steps_from_sample_to_sample) {
     const Cov to_left = to_left_error(s, s.at[k - 1]);
     const Vec15 eps = to_left * x;
     const Cov J = Model::right_jacobian(eps);
-    const Cov expected = J * to_left * P_s * to_left.transpose() * J.transpose();
+    const Cov expected = testing::sandwich(J, testing::sandwich(to_left, P_s));
     const Belief<Model> smoothed = belief_at(inside, s, k - 1), filtered = belief_at(filter, s, k - 1);
     const Vec15 sigma = expected.diagonal().cwiseSqrt();
     const Cov difference =
@@ -158,7 +158,7 @@ TEST(InsideInterval, equals_the_smoother_that_steps_from_sample_to_sample) {
     EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-8) << k;
     const Vec15 moved = Model::local(Model::retract(filtered.X, eps), smoothed.X);
     EXPECT_LT((moved.array() / sigma.array()).abs().maxCoeff(), 1e-6) << k;  // ECEF metres carry 1e-9
-    const Cov left_P = to_left * P[k] * to_left.transpose();
+    const Cov left_P = testing::sandwich(to_left, P[k]);
     EXPECT_LT((sigma.cwiseInverse().asDiagonal() * (filtered.P - left_P) * sigma.cwiseInverse().asDiagonal())
                   .cwiseAbs()
                   .maxCoeff(),

@@ -79,7 +79,7 @@ Solved solved(const Process& p, double T) {
   s.F = sum.bottomRightCorner<kLongTail, kLongTail>().transpose();
   s.Q = s.F * sum.topRightCorner<kLongTail, kLongTail>();
   for (int i = 0; i < doublings; ++i) {
-    s.Q = (s.F * s.Q * s.F.transpose() + s.Q).eval();
+    s.Q = (testing::sandwich(s.F, s.Q) + s.Q).eval();
     s.F = (s.F * s.F).eval();
   }
   return s;
@@ -128,7 +128,7 @@ TEST(Tail, prior_is_what_the_step_leaves_as_it_is) {
     EXPECT_EQ(P(kTailJitter, kTailJitter), 0.0);
     for (const double T : kTimes) {
       const Solved step = as_matrices(tail_step(m, T));
-      EXPECT_LT((step.F * P * step.F.transpose() + step.Q - P).cwiseAbs().maxCoeff(), 1e-14) << m.tau_u_s << " " << T;
+      EXPECT_LT((testing::sandwich(step.F, P) + step.Q - P).cwiseAbs().maxCoeff(), 1e-14) << m.tau_u_s << " " << T;
     }
     EXPECT_GE(Eigen::SelfAdjointEigenSolver<Tail>(P).eigenvalues().minCoeff(), -1e-14);
     EXPECT_NEAR(P(kTailC, kTailC), m.sigma_c * m.sigma_c, 1e-15);
@@ -140,7 +140,7 @@ TEST(Tail, two_steps_are_one) {
     const Solved first = as_matrices(tail_step(m, 0.7)), second = as_matrices(tail_step(m, 41.0)),
                  both = as_matrices(tail_step(m, 41.7));
     EXPECT_LT((second.F * first.F - both.F).cwiseAbs().maxCoeff(), 1e-12);
-    EXPECT_LT((second.F * first.Q * second.F.transpose() + second.Q - both.Q).cwiseAbs().maxCoeff(), 1e-13);
+    EXPECT_LT((testing::sandwich(second.F, first.Q) + second.Q - both.Q).cwiseAbs().maxCoeff(), 1e-13);
   }
 }
 
@@ -200,7 +200,7 @@ void expect_filter_moves_the_tail(const TailModel& m) {
   Cov F = Cov::Identity(), Q = Cov::Zero();
   F.template bottomRightCorner<tail, tail>() = s.F.template topLeftCorner<tail, tail>();
   Q.template bottomRightCorner<tail, tail>() = s.Q.template topLeftCorner<tail, tail>();
-  const Cov expected = F * before.P * F.transpose() + Q;
+  const Cov expected = testing::sandwich(F, before.P) + Q;
   EXPECT_LT((belief.P - expected).cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff());
   const Vector<double, 6 + tail> x = F.template bottomRightCorner<6 + tail, 6 + tail>() * before.X.second.x;
   EXPECT_LT((belief.X.second.x - x).norm(), 1e-13 * x.norm());

@@ -294,7 +294,7 @@ void expect_node(const Joint& joint, const NodeBelief& node, Eigen::Index block,
   Eigen::Matrix<double, 3, kDim> relative = Eigen::Matrix<double, 3, kDim>::Zero();
   relative.middleCols<3>(kRho).setIdentity();
   relative.middleCols<3>(c) = S;
-  const Matrix3d P_relative = relative * expected.second * relative.transpose();
+  const Matrix3d P_relative = testing::sandwich(relative, expected.second);
   EXPECT_LT((epoch_of(0.0, node).P_relative - P_relative).norm(), 1e-3 * P_relative.norm()) << what;
 }
 
