@@ -70,7 +70,7 @@ test: format sanitized tidy $(TEST_INSTALLED)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	LIEALIGN_POST=$(abspath $(TESTED)/liealign-post) $(BIN)/pytest
+	LIEALIGN_POST=$(abspath $(TESTED)/liealign-post) $(BIN)/pytest --numprocesses $(JOBS) --dist loadfile
 
 format: | $(TEST_TOOLS_READY)
 	clang-format --dry-run -Werror $(CPP_FILES)

@@ -39,8 +39,8 @@ Cov random_covariance(std::mt19937& rng) {
   std::normal_distribution<double> normal;
   for (int i = 0; i < 15; ++i)
     for (int j = 0; j < 15; ++j) A(i, j) = normal(rng);
-  const Cov correlation = A * A.transpose() / 15.0 + Cov::Identity();
-  return sigma.asDiagonal() * correlation * sigma.asDiagonal();
+  const Cov correlation = testing::times(A, A.transpose()) / 15.0 + Cov::Identity();
+  return correlation.cwiseProduct(Cov(sigma * sigma.transpose()));
 }
 
 TEST(Ekf, one_update_equals_linear_least_squares) {
@@ -61,16 +61,16 @@ TEST(Ekf, one_update_equals_linear_least_squares) {
     ekf.correct(belief, innovation, Ht, PHt, 1.0);
     // (P^-1 + H^T R^-1 H) eps = H^T R^-1 z, scaled by sigma for the conditioning
     const Vector<double, 15> s = prior.P.diagonal().cwiseSqrt();
-    const Cov scaled_P = s.cwiseInverse().asDiagonal() * prior.P * s.cwiseInverse().asDiagonal();
-    const Eigen::Matrix<double, 3, 15> H = m.H * s.asDiagonal();
-    const Cov information = scaled_P.inverse() + H.transpose() * R.inverse() * H;
-    const Vector<double, 15> eps =
-        s.asDiagonal() * information.ldlt().solve(Vector<double, 15>(H.transpose() * R.inverse() * z));
+    const Cov by_sigmas = s * s.transpose();
+    const Eigen::MatrixXd scaled_P = prior.P.cwiseQuotient(by_sigmas), Ht_scaled = s.asDiagonal() * Ht;
+    const Eigen::MatrixXd scaled_P_s =
+        (scaled_P.inverse() + testing::sandwich(Ht_scaled, Matrix3d(R.inverse()))).inverse();
+    const Eigen::VectorXd right_side = testing::times(Ht_scaled, Vector3d(R.inverse() * z));
+    const Vector<double, 15> eps = s.cwiseProduct(Vector<double, 15>(testing::times(scaled_P_s, right_side)));
     const Vector<double, 15> moved = Model::local(prior.X, belief.X);
     for (int i = 0; i < 15; ++i)
       EXPECT_NEAR(moved[i] / s[i], eps[i] / s[i], 3e-8 / s[i] * (i >= 6 && i < 9 ? 1.0 : 1e-3) + 1e-7);
-    const Cov P = s.asDiagonal() * information.inverse() * s.asDiagonal();
-    const Cov relative = s.cwiseInverse().asDiagonal() * (belief.P - P) * s.cwiseInverse().asDiagonal();
+    const Cov relative = belief.P.cwiseQuotient(by_sigmas) - Cov(scaled_P_s);
     EXPECT_LT(relative.cwiseAbs().maxCoeff(), 1e-3);  // the reset moves P by |eps|
     // negative log-likelihood: S and zeta by their definitions
     const Matrix3d S = testing::sandwich(m.H, prior.P) + R;
@@ -90,7 +90,7 @@ TEST(Ekf, prediction_equals_the_full_matrix_product) {
     Cov F = Cov::Identity(), Q = Cov::Zero();
     F.topLeftCorner<9, 9>() = t.F;
     F.topRightCorner<9, 6>() = t.B;
-    Q.topLeftCorner<9, 9>() = t.B * input_variance(ekf.dynamics.noise, dt).asDiagonal() * t.B.transpose();
+    Q.topLeftCorner<9, 9>() = testing::sandwich(t.B, input_variance(ekf.dynamics.noise, dt).asDiagonal());
     Q.diagonal().tail<6>() += bias_variance(ekf.dynamics.noise, dt);
     const Cov expected = testing::sandwich(F, before.P) + Q;
     EXPECT_LT((belief.P - expected).cwiseAbs().maxCoeff(), 1e-14);
@@ -345,7 +345,7 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
     F[static_cast<std::size_t>(k)].topLeftCorner<9, 9>() = t.F;
     F[static_cast<std::size_t>(k)].topRightCorner<9, 6>() = t.B;
     Cov q = Cov::Zero();
-    q.topLeftCorner<9, 9>() = t.B * input_variance(ekf.dynamics.noise, 0.01).asDiagonal() * t.B.transpose();
+    q.topLeftCorner<9, 9>() = testing::sandwich(t.B, input_variance(ekf.dynamics.noise, 0.01).asDiagonal());
     q.diagonal().tail<6>() += bias_variance(ekf.dynamics.noise, 0.01);
     Q[static_cast<std::size_t>(k)] = q;
     reference[static_cast<std::size_t>(k + 1)] = free.X;
@@ -356,10 +356,10 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
   P.topLeftCorner<15, 15>() = c.belief.P;
   for (int k = 0; k < n; ++k) {
     const Cov& Fk = F[static_cast<std::size_t>(k)];
-    P.block(15 * (k + 1), 0, 15, 15 * (k + 1)) = Fk * P.block(15 * k, 0, 15, 15 * (k + 1));
+    P.block(15 * (k + 1), 0, 15, 15 * (k + 1)) = testing::times(Fk, P.block(15 * k, 0, 15, 15 * (k + 1)));
     P.block(0, 15 * (k + 1), 15 * (k + 1), 15) = P.block(15 * (k + 1), 0, 15, 15 * (k + 1)).transpose();
     P.block<15, 15>(15 * (k + 1), 15 * (k + 1)) =
-        Fk * P.block<15, 15>(15 * k, 15 * k) * Fk.transpose() + Q[static_cast<std::size_t>(k)];
+        testing::sandwich(Fk, P.block<15, 15>(15 * k, 15 * k)) + Q[static_cast<std::size_t>(k)];
   }
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(12, N);
   Eigen::VectorXd z(12);
@@ -370,9 +370,9 @@ TEST(Smoother, equals_batch_least_squares_on_a_small_problem) {
     z.segment<3>(3 * i) = c.data.fixes[static_cast<std::size_t>(i)].p_ea_e - m.h;
   }
   const Eigen::MatrixXd S = testing::sandwich(H, P) + 1e-10 * Eigen::MatrixXd::Identity(12, 12);
-  const Eigen::MatrixXd PHt = P * H.transpose();
-  const Eigen::VectorXd eps = PHt * S.ldlt().solve(z);
-  const Eigen::MatrixXd P_post = P - PHt * S.ldlt().solve(PHt.transpose());
+  const Eigen::MatrixXd PHt = testing::times(P, H.transpose()), K = S.ldlt().solve(PHt.transpose()).transpose();
+  const Eigen::VectorXd eps = testing::times(K, z);
+  const Eigen::MatrixXd P_post = P - testing::times(K, PHt.transpose());
   for (int k = 1; k <= n; ++k) {
     const Belief<Model>& b = smoothed[static_cast<std::size_t>(k)];
     const Vector<double, 15> moved = Model::local(reference[static_cast<std::size_t>(k)], b.X);
