@@ -235,8 +235,17 @@ class ReceiverSearch {
     passes.run(at.parameters, &gross);
     std::sort(gross.begin(), gross.end());
     gross.erase(std::unique(gross.begin(), gross.end()), gross.end());
-    constexpr double kMostShare = 0.1;  // where more of them are, the model is wrong
-    if (static_cast<double>(gross.size()) <= kMostShare * positions_in_fit()) left_out_ = std::move(gross);
+    // An outlier stands alone; several in a row are a motion that the model does not follow, and say what it lacks.
+    std::vector<std::size_t> alone;
+    for (std::size_t i = 0; i < gross.size(); ++i) {
+      const bool follows = i > 0 && gross[i - 1] + 1 == gross[i];
+      const bool leads = i + 1 < gross.size() && gross[i] + 1 == gross[i + 1];
+      if (!follows && !leads) alone.push_back(gross[i]);
+    }
+    // Fewer are bounded well enough; where more are, the model is wrong.
+    constexpr double kLeastShare = 0.01, kMostShare = 0.1;
+    const double share = static_cast<double>(alone.size()) / std::max(positions_in_fit(), 1.0);
+    if (share >= kLeastShare && share <= kMostShare) left_out_ = std::move(alone);
   }
 
   double positions_in_fit() const {
