@@ -148,7 +148,7 @@ double filter(const PreparedFlight& flight, const HeadingResult& heading, const 
   sink.epoch = [&](std::size_t, const NodeBelief& at) { sum += at.belief.P(0, 0); };
   sink.inside = [&](const SampleLanes& samples, const InsideInterval& filtered) {
     const NavBelief<Lanes> belief = filtered.nav_at(samples);
-    for (int i = 0; i < samples.count; ++i) sum += epoch_of(0.0, belief, i, filtered.P_bb()).P_phi(0, 0);
+    for (int i = 0; i < samples.count; ++i) sum += epoch_of(0.0, belief, i, filtered).P_phi(0, 0);
   };
   run_forward<kNoTail>(found.data, found.filter, start(flight, heading, initial_std_rad(flight)),
                        cursor_at(found.data.imu(), flight.t_begin_s), sink);
@@ -240,15 +240,16 @@ Json dense_yardstick(const Options& o, const PreparedFlight& flight, const Found
   return json;
 }
 
+struct Recorder : SilentVisitor<Model> {
+  static constexpr bool keeps_changes = true;
+  std::vector<Checkpoint<Model>> checkpoints;
+  void node(std::size_t, const Belief<Model>& belief, const ImuCursor& cursor, const NodeChanges<Model>& changes) {
+    checkpoints.push_back({belief, cursor, changes});
+  }
+};
+
 // The smoother over a full-rate forward pass, step by step, as process() must come out.
 std::vector<Epoch> plain_smoother(const PreparedFlight& flight, const Found& found, Belief<Model> belief) {
-  struct Recorder : SilentVisitor<Model> {
-    static constexpr bool keeps_changes = true;
-    std::vector<Checkpoint<Model>> checkpoints;
-    void node(std::size_t, const Belief<Model>& belief, const ImuCursor& cursor, const NodeChanges<Model>& changes) {
-      checkpoints.push_back({belief, cursor, changes});
-    }
-  };
   const FlightData& data = found.data;
   const ImuCursor begin = cursor_at(data.imu(), flight.t_begin_s);
   Recorder recorder{{}, {{belief, begin, {}}}};
@@ -298,7 +299,7 @@ double curve_seconds(int repeat, const AlignmentProblem& problem, int headings) 
 }
 
 Json curves(const Options& o, AlignmentProblem problem) {
-  const auto after = [](double t, const Observation& o) { return t < o.t_s; };
+  const auto after = [](double t, const Observation& other) { return t < other.t_s; };
   const auto& observations = problem.data.observations;
   Json json;
   json["preintegration_seconds"] = median_seconds(o.repeat, [&] { preintegrate(problem); });
