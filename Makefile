@@ -97,8 +97,8 @@ tidy: $(TIDY)
 
 $(TIDY): .clang-tidy $(CPP_FILES) $(SANITIZED)/CMakeCache.txt
 	cmake -S . -B $(SANITIZED) >/dev/null
-	cmake --build $(SANITIZED) --target CMakeFiles/liealign_core.dir/cmake_pch.hxx.pch
-	ls -S $(SANITIZED)/CMakeFiles/liealign_core.dir/Unity/*.cxx cpp/app/*.cpp | \
+	cmake --build $(SANITIZED) --target CMakeFiles/liealign_core.dir/cmake_pch.hxx.pch CMakeFiles/liealign_hot.dir/cmake_pch.hxx.pch
+	ls -S $(SANITIZED)/CMakeFiles/liealign_*.dir/Unity/*.cxx cpp/app/*.cpp | \
 	  xargs -P $(JOBS) -n 1 clang-tidy --quiet -p $(SANITIZED)
 	@touch $@
 

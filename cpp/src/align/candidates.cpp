@@ -144,6 +144,7 @@ std::vector<CandidateScore> evaluate(const AlignmentProblem& problem, const Moti
     for (std::size_t i = 0; i < scored.size(); ++i) scored[i].add(options, o, lane(innovation, static_cast<int>(i)));
   });
   std::vector<CandidateScore> scores;
+  scores.reserve(scored.size());
   for (Scored& one : scored) scores.push_back(one.result());
   return scores;
 }

@@ -46,7 +46,7 @@ struct Chart {
   ReceiverPrior prior;
   std::vector<Coordinate> free;
 
-  explicit Chart(ReceiverPrior of) : prior(std::move(of)) {
+  explicit Chart(const ReceiverPrior& of) : prior(of) {
     for (const Coordinate& c : kCoordinates) {
       if ((prior.*c.prior).is_free()) free.push_back(c);
     }
