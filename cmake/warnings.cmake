@@ -15,7 +15,7 @@ function(liealign_warnings target)
       if(LIEALIGN_NATIVE)
         # With AVX-512 it sees Eigen load eight numbers from a vector of three, in a branch that is never taken, and its own
         # _mm512_undefined_pd() undefined.
-        target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-maybe-uninitialized)
+        target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-maybe-uninitialized -Wno-uninitialized)
       endif()
     endif()
     if(LIEALIGN_WERROR)
