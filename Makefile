@@ -199,7 +199,7 @@ $(TEST_TOOLS_READY): Makefile | $(TOOLS_READY)
 	  if have clang++ && ! sanitizes; then install libclang-rt-$$(clang++ -dumpversion | cut -d. -f1)-dev || true; fi; \
 	fi; \
 	browses || echo "warning: no chromium: the report will not be drawn" >&2; \
-	have ccache || echo "warning: no ccache: everything will be compiled twice" >&2; \
+	have ccache || echo "warning: no ccache: what has not changed is compiled anew in each build directory" >&2; \
 	lacks=$$(missing | grep -vx 'ccache\|chromium' | paste -sd, -) || true; \
 	if [ -n "$$lacks" ]; then \
 	  echo "make test needs $$lacks; install clang, clang-format and clang-tidy, version 14 or newer" >&2; exit 1; fi

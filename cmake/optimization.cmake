@@ -1,7 +1,7 @@
 # liealign_cool(target): a release is compiled with -O2, for most of it reads, checks and writes.
 # liealign_hot(target): where the time of a run goes, -O3. An expression of Eigen's is many small functions, and the filter is
 # many expressions. GCC stops inlining them long before the end, and then numbers go through memory from call to call: up to
-# twice as slow. These take several times as long to compile. The bits depend on none of this.
+# twice as slow. The bits depend on none of this.
 # SPDX-License-Identifier: Apache-2.0
 include_guard(GLOBAL)
 

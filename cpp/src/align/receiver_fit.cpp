@@ -165,7 +165,7 @@ class ReceiverSearch {
     const auto keep_lower = [&](const Attempt& a) {
       if (a.cost < best.cost) best = a;
     };
-    for (const ReceiverParameters& start : starts()) keep_lower(settle({start, problem_.latency}));
+    for (const ReceiverParameters& start : starts()) keep_lower(tried({start, problem_.latency}));
     if (!std::isfinite(best.cost)) throw NumericalError("no filter gets through the flight with the receiver's errors");
     leave_out_gross_errors(best);
     if (!left_out_.empty()) best = settle(best);
@@ -263,10 +263,19 @@ class ReceiverSearch {
     first_order.tau_u_s = {0.0, 0.0};
     const Chart second_order = std::exchange(chart_, Chart(first_order));
     at.parameters.tau_u_s = 0.0;
-    at = settle(at);
+    at = tried(at);
     at.cost -= kWorth;
     chart_ = second_order;
     return at;
+  }
+
+  // From a start that need not lead anywhere.
+  Attempt tried(const Attempt& start) {
+    try {
+      return settle(start);
+    } catch (const NumericalError&) {
+      return {};
+    }
   }
 
   // Parameters and latencies in turn, as long as the cost falls: under a poor model of the noise a filter may find latencies that
