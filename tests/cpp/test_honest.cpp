@@ -96,6 +96,20 @@ TEST(Honest, sigmas_are_true_with_code_alone_by_likelihood) {
   expect_honest(honest, 9, {0.6, 1.4});
 }
 
+// An error of first order is found to be one, and outliers do not make it drift: 1.5 times as much where they stay in the fit.
+TEST(Honest, a_first_order_error_is_found_beside_outliers) {
+  HonestCase honest = case_with(Vector3d::Constant(0.03), Vector3d::Constant(1.5), 1.5);
+  honest.gnss.correlation_time_s = 120.0;
+  honest.gnss.velocity = true;
+  honest.gnss.fix = 5;
+  honest.gnss.outlier_probability = 0.05;
+  honest.gnss.outlier_m = 20.0;
+  for (const HonestRun& run : honest_runs(honest, 1, 4)) {
+    EXPECT_EQ(run.parameters.tau_u_s, 0.0) << run.seed;
+    EXPECT_NEAR(std::pow(run.parameters.sigma_c, 2) / run.parameters.tau_c_s * 120.0, 1.0, 0.3) << run.seed;
+  }
+}
+
 TEST(Honest, the_start_is_drawn_from_what_it_states) {
   const HonestCase honest = case_with(Vector3d::Constant(0.01), Vector3d::Zero(), 0.01);
   const SimulatedFlight simulated = honest_flight(honest, 3);

@@ -235,12 +235,13 @@ class ReceiverSearch {
     passes.run(at.parameters, &gross);
     std::sort(gross.begin(), gross.end());
     gross.erase(std::unique(gross.begin(), gross.end()), gross.end());
-    // An outlier stands alone; several in a row are a motion that the model does not follow, and say what it lacks.
+    // Outliers stand alone, or two meet by chance; more in a row are a motion that the model does not follow, and say what it lacks.
+    constexpr std::size_t kLongestRun = 2;
     std::vector<std::size_t> alone;
-    for (std::size_t i = 0; i < gross.size(); ++i) {
-      const bool follows = i > 0 && gross[i - 1] + 1 == gross[i];
-      const bool leads = i + 1 < gross.size() && gross[i] + 1 == gross[i + 1];
-      if (!follows && !leads) alone.push_back(gross[i]);
+    for (std::size_t begin = 0, end = 0; begin < gross.size(); begin = end) {
+      for (end = begin + 1; end < gross.size() && gross[end] == gross[end - 1] + 1;) ++end;
+      if (end - begin > kLongestRun) continue;
+      for (std::size_t i = begin; i < end; ++i) alone.push_back(gross[i]);
     }
     // Fewer are bounded well enough; where more are, the model is wrong.
     constexpr double kLeastShare = 0.01, kMostShare = 0.1;
